@@ -1,0 +1,64 @@
+// What `tissued` is started with.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/bundle.hpp"
+#include "core/simulator.hpp"
+
+namespace tissued::config {
+
+struct TrackerConfig {
+  std::string address = "127.0.0.1";        // IPv4 or IPv6, where tracker packets are received
+  std::uint16_t port = 51001;               // UDP
+  std::chrono::nanoseconds frame_deadline;  // after its first part, a frame that is missing parts is stepped anyway
+  std::string subject;                      // labels may come as `subject:label`; the bundle's, unless said otherwise
+};
+
+struct ClientsConfig {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 51010;  // UDP; 0: any free one
+  int max_subscribers = 16;
+  std::chrono::nanoseconds lease;  // a subscription that is not renewed ends after it
+};
+
+struct RegistrationConfig {
+  bool fit = false;             // false: bundle.tissue_from_tracker is taken as it is
+  int rest_frames = 50;         // frames at rest that are averaged at most
+  double placement_sd = 0.5;    // mm per axis, how well markers were glued to their said places
+  double rest_tolerance = 0.2;  // mm, tissue; rest ends when a pad is further than this from its rest pose
+};
+
+struct StalenessConfig {
+  std::chrono::nanoseconds stale_after;  // without a new frame the answer is said to be stale
+  std::chrono::nanoseconds lost_after;   // and the tracker to be lost; not below stale_after
+};
+
+enum class LogLevel { trace, debug, info, warn, error, critical, off };
+
+struct DaemonConfig {
+  std::string source;  // the file, or the bundle's folder where there was no file; for messages
+  Bundle bundle;       // material and gravity overridden; scene.markers are the selected ones only, in bundle order
+  std::vector<std::string> unused_markers;  // known to the bundle, not selected: expected from the tracker, not used
+  TrackerConfig tracker;
+  ClientsConfig clients;
+  core::SimulatorOptions simulator;  // solver.time_step is filled: 1/rate where none was given
+  RegistrationConfig registration;
+  StalenessConfig staleness;
+  LogLevel log_level = LogLevel::warn;
+};
+
+// Reads a configuration ("tissued-config/1"; config/schema/tissued.schema.json describes every key) and the bundle that
+// it names. overrides: as in load_bundle, with the keys of the configuration, e.g. `material.poissons_ratio=0.42` or
+// `simulator.scheme=algorithm-1`. Throws ConfigError.
+DaemonConfig load_daemon_config(const std::filesystem::path& path, std::span<const std::string> overrides = {});
+
+// A bundle alone is enough to start from: every key of the configuration at its default. Throws ConfigError.
+DaemonConfig config_for_bundle(const std::filesystem::path& folder, std::span<const std::string> overrides = {});
+
+}  // namespace tissued::config
