@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocol/tracker_frame.hpp"
+#include "protocol/vicon_stream.hpp"
+
+namespace tissued::protocol {
+
+struct FrameAssemblerConfig {
+  // Labelled markers. One that arrives as a Vicon object is taken as a marker.
+  std::vector<Name> markers;
+  // Objects (pads, probe) that every frame carries; pads that come and go do not belong here.
+  std::vector<Name> objects;
+  // A frame is handed on this long after its first datagram, complete or not.
+  std::uint64_t deadline_ns = 4'000'000;
+  // An older frame number at most this far back is a late datagram, until there are `late_frames_for_restart` of them
+  // in a row; one further back needs only a second frame that confirms it.
+  std::uint32_t reorder_window = 64;  // frames
+  std::uint32_t late_frames_for_restart = 8;
+  // After a silence this long any frame number is followed.
+  std::uint64_t restart_silence_ns = 500'000'000;
+};
+
+// What became of datagrams, items and frames; each is counted.
+enum class AssemblerEvent : std::uint8_t {
+  datagrams_joined,        // became part of a frame
+  duplicate_datagrams,     // this part of the frame was there already
+  late_datagrams,          // their frame had been handed on, or a newer one had begun
+  inconsistent_datagrams,  // another stamp or part count than the frame's first datagram, or a stamp where it had none
+  restart_suspects,        // far behind, dropped until a second frame confirms that the tracker restarted
+  duplicate_items,         // a name twice in one frame; the first stays
+  overflowing_items,       // more items than a TrackerFrame holds
+  frames_all_parts,        // handed on, by FrameCompletion
+  frames_all_names,
+  frames_superseded,
+  frames_deadline,
+  frames_missing,  // frame numbers passed over, in gaps no longer than the reorder window
+  forward_jumps,   // longer gaps
+  restarts,        // numbering followed backwards
+};
+inline constexpr std::size_t kAssemblerEventCount = 14;
+
+const char* to_string(AssemblerEvent event);
+
+// Joins the datagrams of one frame number into one TrackerFrame. Pure logic: the caller says what time it is, on any
+// clock that does not go back. Frame numbers are compared modulo 2^32, so wrap-around is a step like any other.
+//
+// One frame is open at a time and the newest wins: a datagram of a newer frame closes the open one, and what then still
+// comes of an older frame is counted and dropped. Frames come out with ascending numbers, except after a restart.
+// Nothing allocates after construction.
+class FrameAssembler {
+ public:
+  explicit FrameAssembler(FrameAssemblerConfig config);
+
+  // Takes a datagram; returns the frames that it finished, oldest first: none, one, or two (the one that it superseded
+  // and its own). The frames stay valid until the next call of add or flush_if_due.
+  std::span<const TrackerFrame> add(const TrackerDatagram& datagram, std::uint64_t receive_ns);
+
+  // Returns the open frame if its deadline has passed.
+  std::span<const TrackerFrame> flush_if_due(std::uint64_t now_ns);
+
+  // When flush_if_due will have something to return; absent while no frame is open.
+  std::optional<std::uint64_t> due_ns() const;
+
+  std::uint64_t count(AssemblerEvent event) const { return counts_[static_cast<std::size_t>(event)]; }
+
+ private:
+  enum class Place { same, newer, late, restart };
+
+  Place place(std::uint32_t frame_number, std::uint64_t receive_ns);
+  bool confirms_restart(std::uint32_t frame_number, std::uint32_t frames_back);
+  void open(const TrackerDatagram& datagram, std::uint64_t receive_ns);
+  bool belongs(const TrackerDatagram& datagram);
+  void count_late(const TrackerDatagram& datagram);
+  void join(const TrackerDatagram& datagram);
+  void join_object(const TrackedObject& object);
+  void join_marker(const TrackedMarker& marker);
+  bool complete() const;
+  void close(FrameCompletion completion);
+  void count(AssemblerEvent event, std::uint64_t times = 1) { counts_[static_cast<std::size_t>(event)] += times; }
+
+  FrameAssemblerConfig config_;
+  TrackerFrame frame_;             // open, or the last one closed
+  bool open_ = false;              // frame_ is open
+  bool started_ = false;           // frame_ holds a frame at all
+  std::uint8_t part_count_ = 0;    // of frame_; 0: no stamp item
+  std::bitset<256> parts_;         // of frame_, those seen
+  std::uint64_t progress_ns_ = 0;  // when a datagram last belonged to the newest frame
+  std::uint32_t run_length_ = 0;   // ascending older frames in a row
+  std::uint32_t run_last_ = 0;     // the last of them
+  std::array<TrackerFrame, 2> ready_;
+  std::size_t ready_count_ = 0;
+  std::array<std::uint64_t, kAssemblerEventCount> counts_{};
+};
+
+}  // namespace tissued::protocol
