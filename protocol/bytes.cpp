@@ -2,12 +2,21 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace tissued::protocol {
 
-float ByteReader::f32() { return std::bit_cast<float>(u32()); }
+float ByteReader::f32() {
+  const auto value = std::bit_cast<float>(u32());
+  finite_ = finite_ && std::isfinite(value);
+  return value;
+}
 
-double ByteReader::f64() { return std::bit_cast<double>(u64()); }
+double ByteReader::f64() {
+  const auto value = std::bit_cast<double>(u64());
+  finite_ = finite_ && std::isfinite(value);
+  return value;
+}
 
 std::array<double, 3> ByteReader::vector() {
   const double x = f64();
@@ -26,9 +35,15 @@ std::span<const std::uint8_t> ByteReader::bytes(std::size_t count) {
   return field;
 }
 
-void ByteWriter::f32(float value) { u32(std::bit_cast<std::uint32_t>(value)); }
+void ByteWriter::f32(float value) {
+  finite_ = finite_ && std::isfinite(value);
+  u32(std::bit_cast<std::uint32_t>(value));
+}
 
-void ByteWriter::f64(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
+void ByteWriter::f64(double value) {
+  finite_ = finite_ && std::isfinite(value);
+  u64(std::bit_cast<std::uint64_t>(value));
+}
 
 void ByteWriter::vector(const std::array<double, 3>& value) {
   for (const double component : value) f64(component);
@@ -37,14 +52,6 @@ void ByteWriter::vector(const std::array<double, 3>& value) {
 void ByteWriter::bytes(std::span<const std::uint8_t> values) {
   const auto field = claim(values.size());
   if (!field.empty()) std::copy(values.begin(), values.end(), field.begin());
-}
-
-void ByteWriter::patch_u8(std::size_t offset, std::uint8_t value) {
-  if (offset >= size_) {
-    ok_ = false;
-    return;
-  }
-  buffer_[offset] = value;
 }
 
 void ByteWriter::patch_u32(std::size_t offset, std::uint32_t value) {

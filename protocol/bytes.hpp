@@ -20,12 +20,14 @@ class ByteReader {
   std::uint64_t u64() { return unsigned_of<8>(); }
   float f32();
   double f64();
-  // Three float64 in a row: x, y, z. The values may be NaN or infinite; the decoder judges that.
+  // Three float64 in a row: x, y, z.
   std::array<double, 3> vector();
   // The next `count` bytes as a view of the buffer; empty when there are fewer.
   std::span<const std::uint8_t> bytes(std::size_t count);
 
   bool ok() const { return ok_; }
+  // False once a float32 or float64 read was NaN or infinite.
+  bool finite() const { return finite_; }
   std::size_t position() const { return position_; }
   std::size_t remaining() const { return bytes_.size() - position_; }
 
@@ -41,6 +43,7 @@ class ByteReader {
   std::span<const std::uint8_t> bytes_;
   std::size_t position_ = 0;
   bool ok_ = true;
+  bool finite_ = true;
 };
 
 // Bounded little-endian writer into a caller's buffer. A write that would pass the end writes nothing and makes ok()
@@ -57,12 +60,13 @@ class ByteWriter {
   void f64(double value);
   void vector(const std::array<double, 3>& value);
   void bytes(std::span<const std::uint8_t> values);
-  // Overwrites a field written earlier, such as a length or a count known only at the end. `offset` + 4 (or + 1) must
-  // lie inside what has been written, otherwise ok() becomes false.
-  void patch_u8(std::size_t offset, std::uint8_t value);
+  // Overwrites a field written earlier, such as a length known only at the end. Where it does not lie inside what has
+  // been written, ok() becomes false.
   void patch_u32(std::size_t offset, std::uint32_t value);
 
   bool ok() const { return ok_; }
+  // False once a NaN or an infinity was written.
+  bool finite() const { return finite_; }
   std::size_t size() const { return size_; }
   std::size_t remaining() const { return buffer_.size() - size_; }
   std::span<const std::uint8_t> written() const { return buffer_.first(size_); }
@@ -80,6 +84,7 @@ class ByteWriter {
   std::span<std::uint8_t> buffer_;
   std::size_t size_ = 0;
   bool ok_ = true;
+  bool finite_ = true;
 };
 
 }  // namespace tissued::protocol

@@ -20,21 +20,21 @@ struct FrameAssemblerConfig {
   std::vector<Name> objects;
   // A frame is handed on this long after its first datagram, complete or not.
   std::uint64_t deadline_ns = 4'000'000;
-  // An older frame number at most this far back is a late datagram, until there are `late_frames_for_restart` of them
-  // in a row; one further back needs only a second frame that confirms it.
+  // A frame number at most this far behind the newest is taken for a late datagram, until `late_frames_for_restart`
+  // ascending ones have come without a newer one between. Further behind, the second one is believed.
   std::uint32_t reorder_window = 64;  // frames
   std::uint32_t late_frames_for_restart = 8;
-  // After a silence this long any frame number is followed.
+  // After a silence this long any frame number is followed at once.
   std::uint64_t restart_silence_ns = 500'000'000;
 };
 
 // What became of datagrams, items and frames; each is counted.
 enum class AssemblerEvent : std::uint8_t {
   datagrams_joined,        // became part of a frame
-  duplicate_datagrams,     // this part of the frame was there already
+  duplicate_datagrams,     // this part, or without a stamp every name in it, was there already
   late_datagrams,          // their frame had been handed on, or a newer one had begun
-  inconsistent_datagrams,  // another stamp or part count than the frame's first datagram, or a stamp where it had none
-  restart_suspects,        // far behind, dropped until a second frame confirms that the tracker restarted
+  inconsistent_datagrams,  // another stamp or part count than this frame's other datagrams
+  restart_suspects,        // further behind than the reorder window, and not (yet) confirmed as a restart
   duplicate_items,         // a name twice in one frame; the first stays
   overflowing_items,       // more items than a TrackerFrame holds
   frames_all_parts,        // handed on, by FrameCompletion
@@ -54,7 +54,8 @@ const char* to_string(AssemblerEvent event);
 //
 // One frame is open at a time and the newest wins: a datagram of a newer frame closes the open one, and what then still
 // comes of an older frame is counted and dropped. Frames come out with ascending numbers, except after a restart.
-// Nothing allocates after construction.
+// A frame is complete when every part that its stamp items announce has come (without stamp items: every marker of the
+// config), and every object of the config too. Nothing allocates after construction.
 class FrameAssembler {
  public:
   explicit FrameAssembler(FrameAssemblerConfig config);
@@ -72,29 +73,34 @@ class FrameAssembler {
   std::uint64_t count(AssemblerEvent event) const { return counts_[static_cast<std::size_t>(event)]; }
 
  private:
-  enum class Place { same, newer, late, restart };
+  enum class Place { same, newer, late, far_behind, restart };
 
   Place place(std::uint32_t frame_number, std::uint64_t receive_ns);
   bool confirms_restart(std::uint32_t frame_number, std::uint32_t frames_back);
-  void open(const TrackerDatagram& datagram, std::uint64_t receive_ns);
-  bool belongs(const TrackerDatagram& datagram);
-  void count_late(const TrackerDatagram& datagram);
+  bool admit_to_same(const TrackerDatagram& datagram);
+  bool adds_nothing(const TrackerDatagram& datagram) const;
+  void open(std::uint32_t frame_number, std::uint64_t receive_ns);
+  void count_gap(std::uint32_t frame_number);
   void join(const TrackerDatagram& datagram);
   void join_object(const TrackedObject& object);
   void join_marker(const TrackedMarker& marker);
-  bool complete() const;
+  template <typename List, typename Item>
+  bool join_item(List& list, const Item& item);
+  std::optional<FrameCompletion> completion() const;
   void close(FrameCompletion completion);
   void count(AssemblerEvent event, std::uint64_t times = 1) { counts_[static_cast<std::size_t>(event)] += times; }
 
   FrameAssemblerConfig config_;
-  TrackerFrame frame_;             // open, or the last one closed
-  bool open_ = false;              // frame_ is open
-  bool started_ = false;           // frame_ holds a frame at all
-  std::uint8_t part_count_ = 0;    // of frame_; 0: no stamp item
-  std::bitset<256> parts_;         // of frame_, those seen
-  std::uint64_t progress_ns_ = 0;  // when a datagram last belonged to the newest frame
-  std::uint32_t run_length_ = 0;   // ascending older frames in a row
-  std::uint32_t run_last_ = 0;     // the last of them
+  TrackerFrame frame_;    // the newest: open, or closed and kept to know its late and duplicate datagrams
+  bool started_ = false;  // frame_ holds a frame at all
+  bool open_ = false;
+  std::uint8_t part_count_ = 0;    // of frame_; 0 before a stamp item has come
+  std::bitset<256> parts_;         // of frame_, those that came
+  std::size_t markers_seen_ = 0;   // of config_.markers, in frame_
+  std::size_t objects_seen_ = 0;   // of config_.objects, in frame_
+  std::uint64_t progress_ns_ = 0;  // when a datagram last joined
+  std::uint32_t behind_run_ = 0;   // ascending older frame numbers since then
+  std::uint32_t behind_last_ = 0;  // the last of them
   std::array<TrackerFrame, 2> ready_;
   std::size_t ready_count_ = 0;
   std::array<std::uint64_t, kAssemblerEventCount> counts_{};
