@@ -9,11 +9,7 @@ namespace tissued::protocol {
 class FileError : public std::runtime_error {
  public:
   /// `line` counts from 1; 0 where the file as a whole, or a binary file, is at fault.
-  FileError(const std::string& file, int line, const std::string& reason)
-      : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + reason),
-        file_(file),
-        reason_(reason),
-        line_(line) {}
+  FileError(const std::string& file, int line, const std::string& reason);
 
   const std::string& file() const { return file_; }
   const std::string& reason() const { return reason_; }
