@@ -59,19 +59,19 @@ enum class ClientRefusal : std::uint8_t {
 inline constexpr std::size_t kClientRefusalCount = 11;
 
 const char* to_string(ClientRefusal refusal);
-const char* to_string(MessageType type);
 
 struct Header {
-  MessageType type = MessageType::error;
+  std::uint8_t type_code = 0;             // as it came, known or not
+  MessageType type = MessageType::error;  // where type_code is one
   Envelope envelope;
 };
 
 // Reads 24 bytes and asks the gates from too_short to wrong_size (the header's length against `datagram_size`).
-// `header.envelope` is filled as soon as magic and version are right, so that an error can be answered.
+// `header` is filled as soon as magic and version are right, so that an error can be answered.
 ClientRefusal read_header(ByteReader& reader, std::size_t datagram_size, Header& header);
 
 // Writes the header with a length of 0, for finish_message to fill in.
-void write_header(ByteWriter& writer, const Header& header);
+void write_header(ByteWriter& writer, MessageType type, const Envelope& envelope);
 
 // Fills in the length. Returns the size of the datagram, or 0 where the writer ran out of room, wrote a number that is
 // not finite, or exceeded kMaxDatagram.

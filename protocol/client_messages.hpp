@@ -34,7 +34,7 @@ DecodedMessage decode_client_message(std::span<const std::uint8_t> bytes);
 template <typename Message>
 std::size_t encode_client_message(const Envelope& envelope, const Message& message, std::span<std::uint8_t> buffer) {
   ByteWriter writer(buffer);
-  write_header(writer, {Message::kType, envelope});
+  write_header(writer, Message::kType, envelope);
   write_body(writer, message);
   return finish_message(writer);
 }

@@ -18,6 +18,13 @@ class FixedList {
     values_[size_++] = value;
     return true;
   }
+  // Makes room for `count` values to be written in place; what they hold before is unspecified. False, and unchanged,
+  // where they do not fit.
+  bool resize(std::size_t count) {
+    if (count > Capacity) return false;
+    size_ = count;
+    return true;
+  }
   void clear() { size_ = 0; }
 
   std::size_t size() const { return size_; }

@@ -13,6 +13,8 @@ namespace tissued::protocol {
 // How node positions travel.
 enum class Precision : std::uint8_t { float32 = 4, float64 = 8 };
 
+bool is_precision(Precision precision);
+
 // Asks for the newest node positions; answered by MeshPositions, all its chunks.
 struct QueryMesh {
   static constexpr MessageType kType = MessageType::query_mesh;
@@ -27,8 +29,8 @@ struct QueryTopology {
   CellKind kind = CellKind::tetrahedron;
 };
 
-// One chunk of the node positions at one tracker frame. A chunk can be placed by itself; all of one frame have the same
-// tracker_frame, receive_ns and chunk_count.
+// One chunk of the node positions at one tracker frame: nodes chunk * nodes_per_chunk(precision) and up. Every chunk
+// but the last is full, so each can be placed by itself. All of one frame have the same tracker_frame and receive_ns.
 struct MeshPositions {
   static constexpr MessageType kType = MessageType::mesh_positions;
   std::uint32_t tracker_frame = 0;
@@ -42,9 +44,9 @@ struct MeshPositions {
   FixedList<std::array<double, 3>, 110> positions;  // mm, tracker frame; 110 at float32, 55 at float64
 };
 
-// How many nodes a chunk carries; every chunk but the last is full.
 constexpr std::size_t nodes_per_chunk(Precision precision) { return precision == Precision::float32 ? 110 : 55; }
 
+// One chunk of the cells: cells chunk * cells_per_chunk(kind) and up; every chunk but the last is full.
 struct MeshCells {
   static constexpr MessageType kType = MessageType::mesh_cells;
   CellKind kind = CellKind::tetrahedron;

@@ -29,7 +29,8 @@ class SequenceGate {
   bool started_ = false;
   std::uint32_t session_ = 0;
   std::uint32_t newest_ = 0;
-  std::uint64_t seen_ = 0;  // bit k: newest_ - k was seen
+  std::uint64_t seen_ = 0;         // bit k: newest_ - k was seen
+  std::uint64_t since_first_ = 0;  // newest_ less the first of the session
   std::uint64_t lost_ = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include "protocol/client_header.hpp"
 #include "protocol/fixed_list.hpp"
+#include "protocol/mesh_messages.hpp"
 #include "protocol/name.hpp"
 
 // Meeting, names, subscriptions and errors.
@@ -57,17 +58,19 @@ inline constexpr std::uint16_t kMaxLease_s = 3600;
 // One subscription per client address; a new one replaces it, and renews its lease.
 struct Subscribe {
   static constexpr MessageType kType = MessageType::subscribe;
-  std::uint8_t what = kTargets;  // at least one What
-  double rate_hz = 0;            // 0: after every tracker frame; at most kMaxRate_hz
-  std::uint16_t lease_s = 10;    // 1 .. kMaxLease_s; the stream ends then unless renewed
+  std::uint8_t what = kTargets;              // at least one What
+  Precision precision = Precision::float32;  // of mesh positions
+  std::uint16_t lease_s = 10;                // 1 .. kMaxLease_s; the stream ends then unless renewed
+  double rate_hz = 0;                        // 0: after every tracker frame; at most kMaxRate_hz
 };
 
 // What was granted, which may be less than was asked.
 struct SubscribeReply {
   static constexpr MessageType kType = MessageType::subscribe_reply;
   std::uint8_t what = 0;
-  double rate_hz = 0;
+  Precision precision = Precision::float32;
   std::uint16_t lease_s = 0;  // 0: no subscription (any more)
+  double rate_hz = 0;
 };
 
 // Answered by SubscribeReply with a lease of 0.
@@ -92,8 +95,9 @@ struct Error {
   std::uint8_t request_type = 0;  // as it came, known or not
 };
 
-// Bodies, after the header. A read returns bad_name or bad_value; size and finiteness are the caller's to ask of the
-// reader first (client_messages.cpp does).
+// Bodies, after the header. A read stops at nothing but a count that no datagram can hold (wrong_size), and otherwise
+// returns bad_name, bad_value or none; whether the reader came out even and finite is asked first, by
+// decode_client_message.
 ClientRefusal read_body(ByteReader& reader, Hello& message);
 ClientRefusal read_body(ByteReader& reader, HelloReply& message);
 ClientRefusal read_body(ByteReader& reader, QueryNames& message);
