@@ -1,0 +1,169 @@
+#include "config/daemon_config.hpp"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "config/document.hpp"
+#include "config/geometry.hpp"
+#include "config/schema.hpp"
+
+namespace tissued::config {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::chrono::nanoseconds from_seconds(double seconds) { return std::chrono::nanoseconds(std::llround(seconds * 1e9)); }
+
+std::string read_address(const Document& document, const std::string& key, const std::string& fallback) {
+  const std::string address = document.value(key, fallback);
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  const bool is_address =
+      inet_pton(AF_INET, address.c_str(), bytes.data()) == 1 || inet_pton(AF_INET6, address.c_str(), bytes.data()) == 1;
+  if (!is_address) document.refuse(JsonPointer(key), quoted(Json(address)) + " is not an IPv4 or IPv6 address");
+  return address;
+}
+
+TrackerConfig read_tracker(const Document& document, const Bundle& bundle) {
+  TrackerConfig tracker;
+  tracker.address = read_address(document, "/tracker/address", tracker.address);
+  tracker.port = document.value("/tracker/port", tracker.port);
+  tracker.subject = document.value("/tracker/subject", bundle.subject);
+  const double period_ms = 1e3 / bundle.scene.rate;
+  const double deadline_ms = document.value("/tracker/frame_deadline_ms", std::min(5.0, 0.5 * period_ms));
+  if (deadline_ms >= period_ms) {
+    document.refuse(
+        JsonPointer("/tracker/frame_deadline_ms"),
+        quoted(Json(deadline_ms)) + " is not below the frame period of the bundle, " + quoted(Json(period_ms)));
+  }
+  tracker.frame_deadline = from_seconds(deadline_ms * 1e-3);
+  return tracker;
+}
+
+ClientsConfig read_clients(const Document& document) {
+  ClientsConfig clients;
+  clients.address = read_address(document, "/clients/address", clients.address);
+  clients.port = document.value("/clients/port", clients.port);
+  clients.max_subscribers = document.value("/clients/max_subscribers", clients.max_subscribers);
+  clients.lease = from_seconds(document.value("/clients/lease_s", 10.0));
+  return clients;
+}
+
+core::SimulatorOptions read_simulator(const Document& document, const Bundle& bundle) {
+  core::SimulatorOptions options;
+  options.kind = document.value("/simulator/kind", options.kind);
+  const bool as_printed = document.value<std::string>("/simulator/scheme", "per-frame") == "algorithm-1";
+  options.solver.scheme = as_printed ? core::Scheme::algorithm_1 : core::Scheme::per_frame;
+  options.solver.iterations = document.value("/simulator/iterations", options.solver.iterations);
+  options.solver.tolerance = document.value("/simulator/tolerance", options.solver.tolerance);
+  options.solver.weight_scale = document.value("/simulator/weight_scale", options.solver.weight_scale);
+  options.solver.threads = document.value("/simulator/threads", options.solver.threads);
+  options.solver.time_step = document.value("/simulator/time_step", 1.0 / bundle.scene.rate);
+  const bool paper = document.value<std::string>("/filter/preset", "standard") == "paper";
+  options.filter.preset = paper ? core::NoisePreset::paper : core::NoisePreset::standard;
+  options.filter.process_noise = document.value("/filter/process_noise", options.filter.process_noise);
+  options.filter.measurement_noise = document.value("/filter/measurement_noise", options.filter.measurement_noise);
+  options.filter.modes = document.value("/filter/modes", options.filter.modes);
+  return options;
+}
+
+RegistrationConfig read_registration(const Document& document, const Bundle& bundle) {
+  RegistrationConfig registration;
+  registration.fit = document.value("/registration/fit", bundle.has_tracker_pose);
+  registration.rest_frames = document.value("/registration/rest_frames", registration.rest_frames);
+  registration.placement_sd = document.value("/registration/placement_sd", registration.placement_sd);
+  registration.rest_tolerance = document.value("/registration/rest_tolerance", registration.rest_tolerance);
+  return registration;
+}
+
+StalenessConfig read_staleness(const Document& document) {
+  const double stale_ms = document.value("/staleness/stale_after_ms", 100.0);
+  const double lost_ms = document.value("/staleness/lost_after_ms", std::max(1000.0, stale_ms));
+  if (lost_ms < stale_ms) {
+    document.refuse(JsonPointer("/staleness/lost_after_ms"),
+                    quoted(Json(lost_ms)) + " is below stale_after_ms " + quoted(Json(stale_ms)));
+  }
+  return {from_seconds(stale_ms * 1e-3), from_seconds(lost_ms * 1e-3)};
+}
+
+LogLevel read_log_level(const Document& document) {
+  constexpr std::array<std::string_view, 7> names{"trace", "debug", "info", "warn", "error", "critical", "off"};
+  const std::string name = document.value<std::string>("/log/level", "warn");
+  return static_cast<LogLevel>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+void override_assumptions(const Document& document, core::Scene& scene) {
+  core::Material& material = scene.material;
+  material.youngs_modulus = document.value("/material/youngs_modulus", material.youngs_modulus);
+  material.poissons_ratio = document.value("/material/poissons_ratio", material.poissons_ratio);
+  material.density = document.value("/material/density", material.density);
+  if (const Json* gravity = document.find("/gravity")) scene.gravity = to_vector(*gravity);
+}
+
+std::vector<std::string> named_markers(const Document& document, const Bundle& bundle) {
+  const JsonPointer key("/markers");
+  const Json* chosen = document.find("/markers");
+  std::vector<std::string> names;
+  for (const core::Marker& marker : bundle.scene.markers) names.push_back(marker.name);
+  if (!chosen || *chosen == "all") return names;
+  if (chosen->is_string()) {
+    if (const MarkerSet* set = bundle.find_marker_set(chosen->get<std::string>())) return set->markers;
+    std::string known = "\"all\"";
+    for (const MarkerSet& set : bundle.marker_sets) known += ", " + quoted(Json(set.name));
+    document.refuse(key, quoted(*chosen) + " is not a marker set of the bundle; there are " + known);
+  }
+  for (std::size_t i = 0; i < chosen->size(); ++i) {
+    if (std::find(names.begin(), names.end(), (*chosen)[i].get<std::string>()) == names.end()) {
+      document.refuse(key / i, quoted((*chosen)[i]) + " is not a marker of the bundle");
+    }
+  }
+  return chosen->get<std::vector<std::string>>();
+}
+
+// Moves the markers that are not chosen out of the scene.
+std::vector<std::string> select_markers(const Document& document, Bundle& bundle) {
+  const std::vector<std::string> chosen = named_markers(document, bundle);
+  std::vector<core::Marker> used;
+  std::vector<std::string> unused;
+  for (core::Marker& marker : bundle.scene.markers) {
+    if (std::find(chosen.begin(), chosen.end(), marker.name) != chosen.end()) {
+      used.push_back(std::move(marker));
+    } else {
+      unused.push_back(marker.name);
+    }
+  }
+  bundle.scene.markers = std::move(used);
+  return unused;
+}
+
+DaemonConfig read_config(const Document& document, const fs::path& folder) {
+  DaemonConfig config;
+  config.source = document.source();
+  config.bundle = load_bundle(folder);
+  config.unused_markers = select_markers(document, config.bundle);
+  override_assumptions(document, config.bundle.scene);
+  config.tracker = read_tracker(document, config.bundle);
+  config.clients = read_clients(document);
+  config.simulator = read_simulator(document, config.bundle);
+  config.registration = read_registration(document, config.bundle);
+  config.staleness = read_staleness(document);
+  config.log_level = read_log_level(document);
+  return config;
+}
+
+}  // namespace
+
+DaemonConfig load_daemon_config(const fs::path& path, std::span<const std::string> overrides) {
+  const Document document(read_json(path), path.string(), overrides, config_schema());
+  return read_config(document, path.parent_path() / document.value<std::string>("/bundle", ""));
+}
+
+DaemonConfig config_for_bundle(const fs::path& folder, std::span<const std::string> overrides) {
+  const Json defaults = {{"format", "tissued-config/1"}, {"bundle", folder.string()}};
+  const Document document(defaults, folder.string(), overrides, config_schema());
+  return read_config(document, document.value<std::string>("/bundle", ""));
+}
+
+}  // namespace tissued::config
