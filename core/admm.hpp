@@ -1,0 +1,54 @@
+// ADMM projective dynamics: the stages of one step, equations (1) to (10) and (20).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/model.hpp"
+
+namespace tissued::core {
+
+// What persists from step to step.
+struct AdmmState {
+  NodeField x;           // (n x 4) mm, x_n
+  NodeField x_previous;  // (n x 4) mm, x_{n-1}
+  double dt = 0.0;       // s, from x_previous to x
+  std::vector<ElementState> elements;
+
+  explicit AdmmState(const Model& model);
+  void reset(const Model& model);
+};
+
+// What a step needs beside it; everything is sized here, so that a step allocates nothing.
+struct AdmmWorkspace {
+  NodeField x_tilde;                        // (n x 4) mm, equation (2) or (20)
+  NodeField external;                       // (n x 4) mN
+  std::vector<ElementForce> forces;
+  std::vector<float> delta;                 // (free x 4) mm, in the factor's order
+  HeldNodes held;
+  std::vector<std::uint8_t> held_pads;      // (pads)
+  std::vector<Eigen::Vector4d> prescribed;  // (held) mm, where the held nodes must be
+  std::vector<Eigen::Vector4d> wanted;      // (held) mm, how far they must move
+  int threads;
+
+  AdmmWorkspace(const Model& model, int thread_count);
+};
+
+// 0: one thread below the size where a second pays, else all there are.
+int resolve_threads(int requested, int tets);
+
+// Which pads hold, which push with a force; prescribed positions and x-tilde: (2) where forces act, (20) where poses do.
+// pad_limit: mm by which a held node may move in one step; returns by how much the furthest was cut.
+double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, std::span<const PadInput> pads,
+                  double dt, double pad_limit);
+
+// Local step (10) of all elements.
+LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace);
+
+// Global step (7) with the held nodes exact. Returns the largest move of a node, mm.
+double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace, double dt);
+
+// N, of every pad on the tissue, into (pads).
+void pad_forces(const AdmmWorkspace& workspace, std::span<Vec3> out);
+
+}  // namespace tissued::core

@@ -1,0 +1,48 @@
+// Everything of a run that does not change: the scene and what is computed from it once.
+#pragma once
+
+#include <vector>
+
+#include "core/element_blocks.hpp"
+#include "core/global_step.hpp"
+#include "core/held_nodes.hpp"
+#include "core/simulator.hpp"
+
+namespace tissued::core {
+
+class Model {
+ public:
+  // Throws ModelError: group missing, marker far from the skin, target outside the body, numbers out of range.
+  // time_step: s, of the factor; kQuasiStatic for none.
+  Model(const Scene& scene, double weight_scale, double time_step);
+
+  const Scene& scene() const { return scene_; }
+  double time_step() const { return system_.time_step(); }
+  const Eigen::VectorXd& masses() const { return masses_; }                  // (n) kg
+  const std::vector<ElementBlock>& blocks() const { return blocks_; }
+  const GlobalSystem& system() const { return system_; }
+  const HoldableNodes& holdable() const { return holdable_; }                // groups: pads
+  const std::vector<std::vector<int>>& pad_nodes() const { return pad_nodes_; }
+  const std::vector<std::vector<double>>& pad_shares() const { return pad_shares_; }  // of a pad's force, by facet area
+  const std::vector<MaterialPoint>& marker_points() const { return marker_points_; }
+  const std::vector<MaterialPoint>& target_points() const { return target_points_; }
+  const NodeField& rest() const { return rest_; }                            // (n x 4) mm
+  Eigen::Vector4d acceleration() const;                                      // mm/s2, of gravity
+
+ private:
+  Scene scene_;
+  Eigen::VectorXd masses_;
+  std::vector<ElementBlock> blocks_;
+  std::vector<int> fixed_nodes_;
+  std::vector<std::vector<int>> pad_nodes_;
+  std::vector<std::vector<double>> pad_shares_;
+  GlobalSystem system_;
+  HoldableNodes holdable_;
+  std::vector<MaterialPoint> marker_points_, target_points_;
+  NodeField rest_;
+};
+
+// sum_a weight_a x_a, without what a marker on a stalk is off the skin.
+Vec3 position_of(const MaterialPoint& point, const NodeField& x);
+
+}  // namespace tissued::core

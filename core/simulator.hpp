@@ -1,0 +1,108 @@
+// One interface for every simulator: the daemon, the player and the studies know no other.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "core/types.hpp"
+
+namespace tissued::core {
+
+// How Algorithm 1 counts: `algorithm_1` as printed (one ADMM iteration and one filter update per n, n is both iteration
+// and time step), `per_frame` (several iterations at fixed x-tilde, one filter update per tracker frame).
+enum class Scheme { per_frame, algorithm_1 };
+
+enum class NoisePreset { paper, standard };
+
+struct SolverOptions {
+  Scheme scheme = Scheme::per_frame;
+  int iterations = 10;          // ADMM iterations a step at most (of algorithm-1: iterations a frame)
+  double tolerance = 0.0;       // mm; stop earlier when the residuals fall below it; 0: always all iterations
+  double time_step = 0.01;      // s, nominal: what the global step is factored for
+  double weight_scale = 1.0;    // ADMM weights w_i^2 = weight_scale (kappa + 4/3 mu) V_i
+  int threads = 0;              // of the parallel loops; 0: chosen by the size of the mesh
+};
+
+struct FilterOptions {
+  NoisePreset preset = NoisePreset::standard;
+  double process_noise = 0.0;      // of the preset's shape, mm^2; 0: the preset's own size
+  double measurement_noise = 0.0;  // mm, standard deviation per axis; 0: the preset's own (paper: 0.1)
+  int modes = 0;                   // lowest modes kept; 0: all up to 1200 free nodes, else 300
+};
+
+struct SimulatorOptions {
+  std::string kind = "kf-admm";  // kf-admm | admm
+  SolverOptions solver;
+  FilterOptions filter;
+};
+
+// What one pad does in one frame.
+struct PadInput {
+  enum class Kind : std::uint8_t { absent, pose, force };  // absent: off the skin
+  Kind kind = Kind::absent;
+  Vec3 center = Vec3::Zero();         // mm, tissue; where the pad's center is now (kind pose)
+  Mat3 rotation = Mat3::Identity();   // tissue, relative to the rest pose (kind pose)
+  Vec3 force = Vec3::Zero();          // N, of the pad on the tissue (kind force)
+};
+
+// One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], markers[i].
+struct Observation {
+  double dt = 0.01;                       // s, measured, since the last step
+  std::vector<PadInput> pads;             // (pads)
+  std::vector<Vec3> markers;              // (markers) mm, tissue; bias of placement removed (RestCalibration)
+  std::vector<std::uint8_t> marker_seen;  // (markers) 0: not seen in this frame
+
+  void resize_for(const Scene& scene) {
+    pads.assign(scene.pads.size(), PadInput{});
+    markers.assign(scene.markers.size(), Vec3::Zero());
+    marker_seen.assign(scene.markers.size(), 0);
+  }
+};
+
+struct StepReport {
+  int iterations = 0;
+  double primal_residual = 0.0;     // mm; largest |Dx - z| of an element times its edge length
+  double dual_residual = 0.0;       // mm; largest move of a node in the last iteration
+  bool converged = false;           // both below the tolerance (or below 0.05 mm where it is 0)
+  bool finite = true;               // false: the state was not finite; it holds the last finite one
+  int inverted = 0;                 // elements with det(Dx) <= 0 at the end of the step
+  int markers_used = 0;             // 0 in open loop
+  double innovation_rms = 0.0;      // mm per axis, of the markers used, before the correction
+  double pad_ramp = 0.0;            // mm by which a pad is ahead of the simulated one because its jump is ramped
+};
+
+struct TargetEstimate {
+  Vec3 position;                     // mm, tissue
+  Mat3 covariance = Mat3::Zero();    // mm^2; zero in open loop: nothing is claimed
+};
+
+class Simulator {
+ public:
+  virtual ~Simulator() = default;
+  virtual const Scene& scene() const = 0;
+  // Back to rest. Allocates nothing.
+  virtual void reset() = 0;
+  // One tracker frame. Never throws, never allocates after the first call; what went wrong is in the report.
+  virtual StepReport step(const Observation& observation) noexcept = 0;
+  // Factors again for another nominal time step (a tracker that changed its rate). May allocate; keeps the state.
+  virtual void set_time_step(double time_step) = 0;
+  virtual double time_step() const = 0;
+
+  virtual const NodeField& positions() const = 0;                // (n x 4) mm, tissue
+  virtual TargetEstimate target(int index) const noexcept = 0;
+  virtual Vec3 marker(int index) const noexcept = 0;             // mm, tissue; the model's, not the measured one
+  virtual Vec3 pad_force(int index) const noexcept = 0;          // N, of the pad on the tissue; zero when absent
+  // FNV-1a over the bits of the state: equal hashes prove an equal run.
+  virtual std::uint64_t state_hash() const noexcept = 0;
+};
+
+// Throws ModelError where scene and options do not fit.
+std::unique_ptr<Simulator> make_simulator(const Scene& scene, const SimulatorOptions& options);
+// Names that make_simulator knows.
+std::span<const std::string_view> simulator_names();
+
+}  // namespace tissued::core

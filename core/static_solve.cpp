@@ -1,0 +1,246 @@
+#include "core/static_solve.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/admm.hpp"
+#include "core/anderson.hpp"
+#include "core/neo_hookean.hpp"
+
+namespace tissued::core {
+
+namespace {
+
+constexpr int kElementSize = 9 * kLanes;
+
+// Dx of every element, laid out like ElementState::u.
+void gradients(const Model& model, const NodeField& x, Eigen::VectorXd& out) {
+  for (std::size_t b = 0; b < model.blocks().size(); ++b) {
+    const ElementBlock& block = model.blocks()[b];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+          double sum = 0.0;
+          for (int a = 0; a < 3; ++a)
+            sum += (x.data()[block.row[a + 1][lane] + i] - x.data()[block.row[0][lane] + i]) * block.gradient[a][j][lane];
+          out[static_cast<Eigen::Index>(b) * kElementSize + (3 * i + j) * kLanes + lane] = sum;
+        }
+      }
+    }
+  }
+}
+
+// External less internal force of (11) at every node, mN.
+NodeField unbalanced_force(const Model& model, const NodeField& x, const NodeField& external, int& inverted) {
+  NodeField force = external;
+  const TetMesh& mesh = model.scene().mesh;
+  inverted = 0;
+  for (int e = 0; e < mesh.tet_count(); ++e) {
+    const ElementBlock& block = model.blocks()[e / kLanes];
+    const int lane = e % kLanes;
+    const Tet& tet = mesh.tets[e];
+    Mat3 gradient, edges;
+    for (int a = 0; a < 3; ++a) {
+      for (int axis = 0; axis < 3; ++axis) gradient(a, axis) = block.gradient[a][axis][lane];
+      edges.col(a) = (x.row(tet[a + 1]) - x.row(tet[0])).head<3>().transpose();
+    }
+    const Mat3 f = edges * gradient;
+    if (!(f.determinant() > 0)) {
+      ++inverted;
+      continue;
+    }
+    const Mat3 corner = block.volume[lane] * first_piola(model.scene().material, f) * gradient.transpose();
+    for (int a = 0; a < 3; ++a) {
+      force.row(tet[a + 1]).head<3>() -= corner.col(a).transpose();
+      force.row(tet[0]).head<3>() += corner.col(a).transpose();
+    }
+  }
+  return force;
+}
+
+struct Balance {
+  double displacement;  // mm
+  double force;         // N
+  int inverted;
+};
+
+// How far x is from equilibrium: L^-1 of the unbalanced force, held nodes not counted.
+Balance balance_of(const Model& model, const AdmmState& state, const AdmmWorkspace& workspace) {
+  Balance balance{};
+  const NodeField force = unbalanced_force(model, state.x, workspace.external, balance.inverted);
+  std::vector<std::uint8_t> is_held(static_cast<std::size_t>(force.rows()), 0);
+  for (int k = 0; k < workspace.held.count(); ++k) is_held[workspace.held.node(k)] = 1;
+  const std::vector<int>& free = model.system().free_nodes();
+  Eigen::MatrixXd right(static_cast<Eigen::Index>(free.size()), 3);
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    right.row(static_cast<Eigen::Index>(i)).setZero();
+    if (is_held[free[i]]) continue;
+    right.row(static_cast<Eigen::Index>(i)) = force.row(free[i]).head<3>();
+  }
+  balance.force = right.rows() == 0 ? 0.0 : right.rowwise().norm().maxCoeff() / kMillinewtonPerNewton;
+  balance.displacement = right.rows() == 0 ? 0.0 : model.system().factor().solve(right).rowwise().norm().maxCoeff();
+  return balance;
+}
+
+// One load: ADMM iterations with safeguarded Anderson acceleration of p = Dx + u, the variable whose map ADMM iterates
+// (Douglas-Rachford form).
+class AcceleratedAdmm {
+ public:
+  AcceleratedAdmm(const Model& model, AdmmState& state, AdmmWorkspace& workspace, const StaticOptions& options)
+      : model_(model),
+        state_(state),
+        workspace_(workspace),
+        options_(options),
+        anderson_(weights(model), options.anderson_depth),
+        p_(static_cast<Eigen::Index>(model.blocks().size()) * kElementSize),
+        mapped_(p_.size()),
+        safe_(p_.size()),
+        gradient_(p_.size()) {}
+
+  // A new load: the map is another one.
+  void restart() {
+    anderson_.forget();
+    last_residual_ = std::numeric_limits<double>::infinity();
+    accelerated_ = false;
+    gradients(model_, state_.x, gradient_);
+    read_p(p_);
+  }
+
+  // Returns a cheap measure of what is left: mm, move of the nodes and gap of the elements.
+  double iterate(StaticSolution& solution) {
+    const LocalStepResult local = local_stage(model_, state_, workspace_);
+    const double move = global_stage(model_, state_, workspace_, kQuasiStatic);
+    gradients(model_, state_.x, gradient_);
+    read_p(mapped_);
+    const double residual = anderson_.residual_norm(p_, mapped_);
+    if (accelerated_ && residual > 2.0 * last_residual_) {
+      // The accelerated iterate was worse than the plain one would have been: take that one and start a new history.
+      ++solution.rejected;
+      anderson_.forget();
+      accelerated_ = false;
+      write_p(safe_);
+      return std::max(local.primal, move);
+    }
+    last_residual_ = residual;
+    safe_ = mapped_;
+    if (options_.anderson_depth > 0) {
+      write_p(anderson_.mix(p_, mapped_));
+      accelerated_ = true;
+      ++solution.accelerated;
+    } else {
+      p_ = mapped_;
+    }
+    return std::max(local.primal, move);
+  }
+
+ private:
+  static Eigen::VectorXd weights(const Model& model) {
+    Eigen::VectorXd w(static_cast<Eigen::Index>(model.blocks().size()) * kElementSize);
+    for (std::size_t b = 0; b < model.blocks().size(); ++b)
+      for (int i = 0; i < kElementSize; ++i)
+        w[static_cast<Eigen::Index>(b) * kElementSize + i] =
+            model.blocks()[b].stiffness[i % kLanes] * model.blocks()[b].volume[i % kLanes];
+    return w;
+  }
+
+  double* dual(std::size_t block) { return &state_.elements[block].u[0][0]; }
+
+  void read_p(Eigen::VectorXd& p) {
+    for (std::size_t b = 0; b < state_.elements.size(); ++b) {
+      const auto at = static_cast<Eigen::Index>(b) * kElementSize;
+      p.segment(at, kElementSize) =
+          gradient_.segment(at, kElementSize) + Eigen::Map<const Eigen::VectorXd>(dual(b), kElementSize);
+    }
+  }
+
+  void write_p(const Eigen::VectorXd& p) {
+    p_ = p;
+    for (std::size_t b = 0; b < state_.elements.size(); ++b) {
+      const auto at = static_cast<Eigen::Index>(b) * kElementSize;
+      Eigen::Map<Eigen::VectorXd>(dual(b), kElementSize) =
+          p_.segment(at, kElementSize) - gradient_.segment(at, kElementSize);
+    }
+  }
+
+  const Model& model_;
+  AdmmState& state_;
+  AdmmWorkspace& workspace_;
+  const StaticOptions& options_;
+  Anderson anderson_;
+  Eigen::VectorXd p_, mapped_, safe_, gradient_;
+  double last_residual_ = std::numeric_limits<double>::infinity();
+  bool accelerated_ = false;
+};
+
+// The pads at a share of their way.
+std::vector<PadInput> scaled(const Scene& scene, std::span<const PadInput> pads, double share) {
+  std::vector<PadInput> out(pads.begin(), pads.end());
+  for (std::size_t p = 0; p < out.size(); ++p) {
+    out[p].center = scene.pads[p].center + share * (pads[p].center - scene.pads[p].center);
+    out[p].force = share * pads[p].force;
+    const Eigen::AngleAxisd turn(pads[p].rotation);
+    out[p].rotation = Eigen::AngleAxisd(share * turn.angle(), turn.axis()).toRotationMatrix();
+  }
+  return out;
+}
+
+int load_steps(const Scene& scene, std::span<const PadInput> pads, double load_step) {
+  double furthest = 0.0;
+  for (std::size_t p = 0; p < pads.size(); ++p)
+    if (pads[p].kind == PadInput::Kind::pose) furthest = std::max(furthest, (pads[p].center - scene.pads[p].center).norm());
+  return std::max(1, static_cast<int>(std::ceil(furthest / load_step - 1e-9)));
+}
+
+std::string describe_trouble(double residual, double load, int iterations) {
+  char text[160];
+  std::snprintf(text, sizeof text, "not converged after %d iterations at %.0f %% of the load: residual %.3g mm", iterations,
+                100.0 * load, residual);
+  return text;
+}
+
+}  // namespace
+
+StaticSolution solve_static(const Scene& scene, std::span<const PadInput> pads, const StaticOptions& options,
+                            const std::function<void(const StaticIteration&)>& watch) {
+  constexpr double kIntermediate = 1e-2;  // mm; loads on the way need not be exact
+  constexpr int kCheckEvery = 5;          // iterations; the true balance costs about as much as one
+  const Model model(scene, options.weight_scale, kQuasiStatic);
+  AdmmState state(model);
+  AdmmWorkspace workspace(model, resolve_threads(options.threads, scene.mesh.tet_count()));
+  AcceleratedAdmm solver(model, state, workspace, options);
+  StaticSolution solution;
+  const int steps = load_steps(scene, pads, options.load_step);
+  Balance balance{};
+  for (int step = 1; step <= steps; ++step) {
+    const double load = static_cast<double>(step) / steps;
+    const double goal = step == steps ? options.tolerance : std::max(options.tolerance, kIntermediate);
+    begin_step(model, state, workspace, scaled(scene, pads, load), kQuasiStatic,
+               std::numeric_limits<double>::infinity());
+    solver.restart();
+    solution.converged = false;
+    while (solution.iterations < options.max_iterations && !solution.converged) {
+      const double cheap = solver.iterate(solution);
+      ++solution.iterations;
+      const bool check = watch || cheap < 10.0 * goal || solution.iterations % kCheckEvery == 0;
+      if (!check) continue;
+      balance = balance_of(model, state, workspace);
+      if (watch) watch({solution.iterations, load, balance.displacement});
+      solution.converged = balance.inverted == 0 && balance.displacement < goal;
+    }
+    if (!solution.converged) {
+      solution.trouble = describe_trouble(balance.displacement, load, solution.iterations);
+      break;
+    }
+  }
+  solution.positions = state.x;
+  solution.residual = balance.displacement;
+  solution.force_residual = balance.force;
+  solution.inverted = balance.inverted;
+  solution.pad_forces.assign(scene.pads.size(), Vec3::Zero());
+  pad_forces(workspace, solution.pad_forces);
+  return solution;
+}
+
+}  // namespace tissued::core
