@@ -95,7 +95,8 @@ ClientRefusal read_body(ByteReader& reader, Predictions& message) {
   if (!message.targets.resize(target_count) || !message.pads.resize(pad_count)) return ClientRefusal::wrong_size;
   for (TargetPrediction& target : message.targets) good = read_target(reader, target) && good;
   for (PadReaction& pad : message.pads) good = read_pad(reader, pad) && good;
-  good = good && message.part < message.part_count && message.validity <= Validity::invalid;
+  good = good && message.part < message.part_count && message.part_count <= kMaxParts;
+  good = good && message.validity <= Validity::invalid;
   good = good && (flags & ~kStampFlag) == 0 && (message.has_stamp || message.stamp_ns == 0);
   good = good && message.primal_residual >= 0 && message.dual_residual >= 0 && message.innovation_rms >= 0;
   return good ? ClientRefusal::none : ClientRefusal::bad_value;

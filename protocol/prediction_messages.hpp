@@ -56,12 +56,14 @@ struct PadReaction {
   std::array<double, 3> force{};  // N, tracker frame: force of the pad on the tissue, as the simulator computes it
 };
 
+inline constexpr std::uint8_t kMaxParts = 64;  // of an answer that does not fit one datagram
+
 // The daemon's answer after one tracker frame. Times ending in `_ns` are the daemon's monotonic clock, except the
 // tracker's own stamp. More than kTargetsPerPart targets or kPadsPerPart pads go out in parts with equal scalars.
 struct Predictions {
   static constexpr MessageType kType = MessageType::predictions;
   std::uint8_t part = 0;        // 0 .. part_count - 1
-  std::uint8_t part_count = 1;  // datagrams of this answer
+  std::uint8_t part_count = 1;  // datagrams of this answer, at most kMaxParts
   Validity validity = Validity::no_data;
   bool has_stamp = false;
   std::uint16_t reasons = 0;  // ValidityReason bits

@@ -28,8 +28,8 @@ ClientRefusal read_body(ByteReader& reader, Status& message) {
     counter.index = reader.u16();
     counter.value = reader.u64();
   }
-  const bool good = message.part < message.part_count && message.validity <= Validity::invalid &&
-                    message.tracker_rate_hz >= 0 && message.step_rate_hz >= 0;
+  const bool good = message.part < message.part_count && message.part_count <= kMaxParts &&
+                    message.validity <= Validity::invalid && message.tracker_rate_hz >= 0 && message.step_rate_hz >= 0;
   return good ? ClientRefusal::none : ClientRefusal::bad_value;
 }
 
