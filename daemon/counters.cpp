@@ -1,0 +1,69 @@
+#include "daemon/counters.hpp"
+
+namespace tissued::daemon {
+
+namespace {
+
+const char* to_string(Count count) {
+  switch (count) {
+    case Count::tracker_datagrams:
+      return "tracker_datagrams";
+    case Count::kernel_drops:
+      return "kernel_drops";
+    case Count::unknown_items:
+      return "unknown_items";
+    case Count::frames_stepped:
+      return "frames_stepped";
+    case Count::frames_skipped:
+      return "frames_skipped";
+    case Count::unknown_names:
+      return "unknown_names";
+    case Count::late_markers:
+      return "late_markers";
+    case Count::pads_held:
+      return "pads_held";
+    case Count::stamps_refused:
+      return "stamps_refused";
+    case Count::dt_clamped:
+      return "dt_clamped";
+    case Count::rate_changes:
+      return "rate_changes";
+    case Count::rate_changes_failed:
+      return "rate_changes_failed";
+    case Count::steps_not_finite:
+      return "steps_not_finite";
+    case Count::answers_unseen:
+      return "answers_unseen";
+    case Count::client_datagrams:
+      return "client_datagrams";
+    case Count::requests_repeated:
+      return "requests_repeated";
+    case Count::clients_refused:
+      return "clients_refused";
+    case Count::leases_expired:
+      return "leases_expired";
+    case Count::datagrams_sent:
+      return "datagrams_sent";
+    case Count::sends_failed:
+      return "sends_failed";
+    case Count::transfers_refused:
+      return "transfers_refused";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+std::string Counters::name(std::size_t index) {
+  if (index < kFirstEvent) return to_string(static_cast<Count>(index));
+  if (index < kFirstTrackerRefusal)
+    return protocol::to_string(static_cast<protocol::AssemblerEvent>(index - kFirstEvent));
+  if (index < kFirstClientRefusal) {
+    return std::string("tracker:") +
+           protocol::to_string(static_cast<protocol::TrackerRefusal>(index - kFirstTrackerRefusal));
+  }
+  return std::string("client:") +
+         protocol::to_string(static_cast<protocol::ClientRefusal>(index - kFirstClientRefusal));
+}
+
+}  // namespace tissued::daemon
