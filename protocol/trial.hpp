@@ -28,7 +28,7 @@ struct Trial {
 
   std::vector<std::string> labels;               ///< (l) without their subject
   std::vector<std::string> subjects;             ///< (l) `phantom` of `phantom:M01`; empty where there is none
-  std::vector<std::array<double, 3>> positions;  ///< (frame_count * l x 3) mm, tracker frame; NaN in gaps
+  std::vector<std::array<double, 3>> positions;  ///< (frame_count * l x 3) mm, tracker frame; finite, NaN in gaps
   std::vector<std::uint8_t> seen;                ///< (frame_count * l) 0 in gaps
 
   std::vector<std::string> devices;           ///< (d) `A1` of the device `A1 - Force`
@@ -46,6 +46,14 @@ struct Trial {
   std::optional<std::size_t> find_label(std::string_view name) const;
   /// Index of a device by its name.
   std::optional<std::size_t> find_device(std::string_view name) const;
+
+  /// `subject:label`, or the label alone where there is no subject.
+  std::string full_label(std::size_t label) const;
+  /// Splits `subject:label` and appends both parts.
+  void add_label(std::string_view full);
 };
+
+/// 1 for `mm`, 10 for `cm`, 1000 for `m`; nothing for a unit that recordings are not read in.
+std::optional<double> millimetres_per(std::string_view unit);
 
 }  // namespace tissued::protocol
