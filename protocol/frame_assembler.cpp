@@ -82,14 +82,14 @@ std::span<const TrackerFrame> FrameAssembler::add(const TrackerDatagram& datagra
       open(datagram.frame_number, receive_ns);
       break;
     case Place::late:
-      count(AssemblerEvent::late_datagrams);
+      tally(AssemblerEvent::late_datagrams);
       return {};
     case Place::far_behind:
-      count(AssemblerEvent::restart_suspects);
+      tally(AssemblerEvent::restart_suspects);
       return {};
     case Place::restart:
       if (open_) close(FrameCompletion::superseded);
-      count(AssemblerEvent::restarts);
+      tally(AssemblerEvent::restarts);
       open(datagram.frame_number, receive_ns);
       frame_.after_restart = true;
       break;
@@ -138,14 +138,14 @@ bool FrameAssembler::confirms_restart(std::uint32_t frame_number, std::uint32_t 
 bool FrameAssembler::admit_to_same(const TrackerDatagram& datagram) {
   const auto& stamp = datagram.stamp;
   if (stamp && part_count_ > 0 && (stamp->part_count != part_count_ || stamp->stamp_ns != frame_.stamp_ns)) {
-    count(AssemblerEvent::inconsistent_datagrams);
+    tally(AssemblerEvent::inconsistent_datagrams);
     return false;
   }
   if (stamp ? parts_.test(stamp->part) : adds_nothing(datagram)) {
-    count(AssemblerEvent::duplicate_datagrams);
+    tally(AssemblerEvent::duplicate_datagrams);
     return false;
   }
-  if (!open_) count(AssemblerEvent::late_datagrams);
+  if (!open_) tally(AssemblerEvent::late_datagrams);
   return open_;
 }
 
@@ -180,14 +180,14 @@ void FrameAssembler::open(std::uint32_t frame_number, std::uint64_t receive_ns) 
 void FrameAssembler::count_gap(std::uint32_t frame_number) {
   const std::uint32_t missing = frame_number - frame_.frame_number - 1;
   if (missing > config_.reorder_window) {
-    count(AssemblerEvent::forward_jumps);
+    tally(AssemblerEvent::forward_jumps);
   } else {
-    count(AssemblerEvent::frames_missing, missing);
+    tally(AssemblerEvent::frames_missing, missing);
   }
 }
 
 void FrameAssembler::join(const TrackerDatagram& datagram) {
-  count(AssemblerEvent::datagrams_joined);
+  tally(AssemblerEvent::datagrams_joined);
   if (datagram.stamp) {
     frame_.stamp_ns = datagram.stamp->stamp_ns;
     part_count_ = datagram.stamp->part_count;
@@ -214,11 +214,11 @@ void FrameAssembler::join_marker(const TrackedMarker& marker) {
 template <typename List, typename Item>
 bool FrameAssembler::join_item(List& list, const Item& item) {
   if (has_name(list, item.name)) {
-    count(AssemblerEvent::duplicate_items);
+    tally(AssemblerEvent::duplicate_items);
     return false;
   }
   if (list.push_back(item)) return true;
-  count(AssemblerEvent::overflowing_items);
+  tally(AssemblerEvent::overflowing_items);
   return false;
 }
 
@@ -235,7 +235,7 @@ std::optional<FrameCompletion> FrameAssembler::completion() const {
 
 void FrameAssembler::close(FrameCompletion completion) {
   frame_.completion = completion;
-  count(event_of(completion));
+  tally(event_of(completion));
   ready_[ready_count_++] = frame_;
   open_ = false;
 }

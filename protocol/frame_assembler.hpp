@@ -15,9 +15,9 @@ namespace tissued::protocol {
 
 struct FrameAssemblerConfig {
   // Labelled markers. One that arrives as a Vicon object is taken as a marker.
-  std::vector<Name> markers;
+  std::vector<Name> markers{};
   // Objects (pads, probe) that every frame carries; pads that come and go do not belong here.
-  std::vector<Name> objects;
+  std::vector<Name> objects{};
   // A frame is handed on this long after its first datagram, complete or not.
   std::uint64_t deadline_ns = 4'000'000;
   // A frame number at most this far behind the newest is taken for a late datagram, until `late_frames_for_restart`
@@ -88,7 +88,7 @@ class FrameAssembler {
   bool join_item(List& list, const Item& item);
   std::optional<FrameCompletion> completion() const;
   void close(FrameCompletion completion);
-  void count(AssemblerEvent event, std::uint64_t times = 1) { counts_[static_cast<std::size_t>(event)] += times; }
+  void tally(AssemblerEvent event, std::uint64_t times = 1) { counts_[static_cast<std::size_t>(event)] += times; }
 
   FrameAssemblerConfig config_;
   TrackerFrame frame_;    // the newest: open, or closed and kept to know its late and duplicate datagrams
