@@ -26,6 +26,7 @@ std::string named(const std::string& override) { return one_line("--set " + over
 // `outer` is `inner` or above it.
 bool holds(const JsonPointer& outer, const JsonPointer& inner) {
   const std::string prefix = outer.to_string(), text = inner.to_string();
+  if (prefix.empty()) return false;  // the whole document
   return text.starts_with(prefix) && (text.size() == prefix.size() || text[prefix.size()] == '/');
 }
 
@@ -42,9 +43,13 @@ void Document::apply(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) throw ConfigError(blamed + ": needs KEY=VALUE");
 
+  const std::vector<std::string> parts = split(text.substr(0, equals));
+  if (parts.size() > kMaxJsonDepth)
+    throw ConfigError(blamed + ": nested deeper than " + std::to_string(kMaxJsonDepth) + " levels");
+
   Json* place = &root_;
   JsonPointer key;
-  for (const std::string& part : split(text.substr(0, equals))) {
+  for (const std::string& part : parts) {
     if (place->is_null()) *place = Json::object();
     if (!place->is_object()) throw ConfigError(blamed + ": " + one_line(key.to_string(), 200) + ": is not an object");
     place = &(*place)[part];
@@ -64,7 +69,8 @@ const Json* Document::find(const std::string& key) const {
 void Document::refuse(const JsonPointer& key, const std::string& reason) const {
   std::string blamed = source_;
   for (const Override& override : overrides_) {
-    if (holds(override.key, key)) blamed = named(override.text);
+    // Above its key, too: it made the objects on the way there.
+    if (holds(override.key, key) || holds(key, override.key)) blamed = named(override.text);
   }
   const std::string place = key.empty() ? "" : one_line(key.to_string(), 200) + ": ";
   throw ConfigError(blamed + ": " + place + reason);

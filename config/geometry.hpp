@@ -12,7 +12,7 @@ core::Vec3 to_vector(const Json& numbers);
 core::Vec3 to_unit_vector(const Document& document, const JsonPointer& key);
 
 // A rotation matrix by rows; refused where it is not orthonormal with determinant 1 to 1e-3. What is handed out is the
-// nearest rotation, so that it is one to the last bit.
+// nearest rotation.
 core::Mat3 to_rotation(const Document& document, const JsonPointer& key);
 
 }  // namespace tissued::config

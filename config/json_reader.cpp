@@ -43,6 +43,8 @@ class StrictBuilder final : public nlohmann::json_sax<Json> {
 
   bool string(string_t& value) override {
     if (value.size() > kMaxJsonString) return refuse(too_long(value));
+    // The schema's lengths would be measured up to it only.
+    if (value.find('\0') != std::string::npos) return refuse("a string holds the character U+0000");
     return add(Json(std::move(value))) != nullptr;
   }
 
@@ -100,7 +102,9 @@ class StrictBuilder final : public nlohmann::json_sax<Json> {
   bool refuse(const std::string& reason) {
     JsonPointer place;
     for (const Open& level : open_) {
-      place.push_back(level.value->is_array() ? std::to_string(level.value->size()) : level.key);
+      // An array holds the element that is open in it already, but not the one that is refused.
+      const std::size_t index = level.value->size() - (&level == &open_.back() ? 0 : 1);
+      place.push_back(level.value->is_array() ? std::to_string(index) : level.key);
     }
     refusal_ = one_line(place.to_string(), 200) + ": " + reason;
     return false;

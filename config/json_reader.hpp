@@ -19,8 +19,8 @@ inline constexpr std::size_t kMaxJsonString = 1024;  // bytes; bounds the recurs
 // Reads a regular file. Throws ConfigError.
 Json read_json(const std::filesystem::path& path);
 
-// `source` is for messages. Throws ConfigError: syntax (with line and column), invalid UTF-8, numbers too large for a
-// double, the limits above, a key given twice.
+// `source` is for messages. Throws ConfigError: syntax (with line and column), invalid UTF-8, U+0000, numbers too large
+// for a double, the limits above, a key given twice.
 Json parse_json(std::string_view text, const std::string& source);
 
 // A value as a message shows it: compact JSON, clipped.

@@ -1,0 +1,217 @@
+#include "config/daemon_config.hpp"
+
+#include <set>
+
+#include "config/schema.hpp"
+#include "tests/config/bundle_folder.hpp"
+
+using namespace tissued::config;
+using namespace std::chrono_literals;
+using tissued::core::NoisePreset;
+using tissued::core::Scheme;
+using tissued::core::Vec3;
+
+namespace {
+
+const char* const kFullConfig = R"({
+  "format": "tissued-config/1", "bundle": ".",
+  "tracker": {"address": "0.0.0.0", "port": 5000, "frame_deadline_ms": 12.5, "subject": "other"},
+  "clients": {"address": "::1", "port": 0, "max_subscribers": 3, "lease_s": 2.5},
+  "simulator": {"kind": "admm", "scheme": "algorithm-1", "iterations": 20, "tolerance": 0.01, "weight_scale": 2,
+                "threads": 2, "time_step": 0.005},
+  "material": {"youngs_modulus": 7, "poissons_ratio": 0.4, "density": 1.1}, "gravity": [1, 0, 0],
+  "filter": {"preset": "paper", "process_noise": 4, "measurement_noise": 0.2, "modes": 100},
+  "markers": ["M1", "M2"],
+  "registration": {"fit": false, "rest_frames": 10, "placement_sd": 1, "rest_tolerance": 0.3},
+  "staleness": {"stale_after_ms": 50, "lost_after_ms": 500},
+  "log": {"level": "debug"}
+})";
+
+std::vector<std::string> marker_names(const DaemonConfig& config) {
+  std::vector<std::string> names;
+  for (const auto& marker : config.bundle.scene.markers) names.push_back(marker.name);
+  return names;
+}
+
+using Names = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("Every key of a configuration arrives in its struct") {
+  const BundleFolder folder;
+  const DaemonConfig config = load_daemon_config(folder.write("full.json", kFullConfig));
+  CHECK(config.source == (folder.path() / "full.json").string());
+  CHECK(config.tracker.address == "0.0.0.0");
+  CHECK(config.tracker.port == 5000);
+  CHECK(config.tracker.frame_deadline == 12500us);
+  CHECK(config.tracker.subject == "other");
+  CHECK(config.clients.address == "::1");
+  CHECK(config.clients.port == 0);
+  CHECK(config.clients.max_subscribers == 3);
+  CHECK(config.clients.lease == 2500ms);
+  CHECK(config.simulator.kind == "admm");
+  CHECK(config.simulator.solver.scheme == Scheme::algorithm_1);
+  CHECK(config.simulator.solver.iterations == 20);
+  CHECK(config.simulator.solver.tolerance == 0.01);
+  CHECK(config.simulator.solver.weight_scale == 2.0);
+  CHECK(config.simulator.solver.threads == 2);
+  CHECK(config.simulator.solver.time_step == 0.005);
+  CHECK(config.bundle.scene.material.youngs_modulus == 7.0);
+  CHECK(config.bundle.scene.material.poissons_ratio == 0.4);
+  CHECK(config.bundle.scene.material.density == 1.1);
+  CHECK(config.bundle.scene.gravity == Vec3(1, 0, 0));
+  CHECK(config.simulator.filter.preset == NoisePreset::paper);
+  CHECK(config.simulator.filter.process_noise == 4.0);
+  CHECK(config.simulator.filter.measurement_noise == 0.2);
+  CHECK(config.simulator.filter.modes == 100);
+  CHECK_FALSE(config.registration.fit);
+  CHECK(config.registration.rest_frames == 10);
+  CHECK(config.registration.placement_sd == 1.0);
+  CHECK(config.registration.rest_tolerance == 0.3);
+  CHECK(config.staleness.stale_after == 50ms);
+  CHECK(config.staleness.lost_after == 500ms);
+  CHECK(config.log_level == LogLevel::debug);
+}
+
+TEST_CASE("A bundle alone is enough to start from") {
+  const BundleFolder folder;
+  const DaemonConfig config = config_for_bundle(folder.path());
+  CHECK(config.source == folder.path().string());
+  CHECK(config.bundle.scene.name == "block");
+  CHECK(config.tracker.port == 51001);
+  CHECK(config.tracker.subject == "phantom");
+  CHECK(config.tracker.frame_deadline == 5ms);
+  CHECK(config.clients.port == 51010);
+  CHECK(config.simulator.kind == "kf-admm");
+  CHECK(config.simulator.solver.time_step == 0.02);
+  CHECK(config.bundle.scene.material.youngs_modulus == 6.5);
+  CHECK(config.bundle.scene.gravity == Vec3(0, 0, -1));
+  CHECK(config.registration.fit);
+  CHECK(marker_names(config) == Names{"M10", "M2", "M1"});
+  CHECK(config.unused_markers.empty());
+  CHECK(config.log_level == LogLevel::warn);
+
+  const BundleFolder fixed(with(with(kFullBundle, "/world_from_tracker", ""), "/rate", "250"));
+  CHECK_FALSE(config_for_bundle(fixed.path()).registration.fit);
+  CHECK(config_for_bundle(fixed.path()).tracker.frame_deadline == 2ms);
+}
+
+TEST_CASE("Markers are chosen by all, by a set or one by one, in the bundle's order") {
+  const BundleFolder folder;
+  const auto choose = [&](const std::string& override) {
+    const Names overrides{override};
+    return config_for_bundle(folder.path(), overrides);
+  };
+  CHECK(marker_names(choose("markers=all")) == Names{"M10", "M2", "M1"});
+  CHECK(marker_names(choose("markers=few")) == Names{"M10", "M1"});
+  CHECK(choose("markers=few").unused_markers == Names{"M2"});
+  CHECK(marker_names(choose(R"(markers=["M1", "M2"])")) == Names{"M2", "M1"});
+  CHECK(marker_names(choose("markers=[]")).empty());
+}
+
+TEST_CASE("The bundle's folder is relative to the configuration") {
+  const BundleFolder folder;
+  std::filesystem::create_directory(folder.path() / "configs");
+  const auto path = folder.write("configs/a.json", with(kFullConfig, "/bundle", "\"..\""));
+  CHECK(load_daemon_config(path).bundle.scene.name == "block");
+  const auto absolute =
+      folder.write("configs/b.json", with(kFullConfig, "/bundle", Json(folder.path().string()).dump()));
+  CHECK(load_daemon_config(absolute).bundle.scene.name == "block");
+  const auto wrong = folder.write("configs/c.json", with(kFullConfig, "/bundle", "\"none\""));
+  CHECK(refusal([&] { load_daemon_config(wrong); }) ==
+        (folder.path() / "configs/none/bundle.json").string() + ": no such file");
+}
+
+TEST_CASE("Every bad value of a configuration is refused with key, value and limit") {
+  struct Case {
+    const char* key;
+    const char* value;
+    const char* line;
+  };
+  const Case cases[] = {
+      {"/format", R"("tissued-config/0")", R"(/format: "tissued-config/0" is not "tissued-config/1")"},
+      {"/bundle", "", "/bundle: is missing"},
+      {"/bundle", "7", "/bundle: 7 is not a string"},
+      {"/simulators", "{}",
+       "/simulators: unknown key; known are format, bundle, tracker, clients, simulator, material, gravity, filter, "
+       "markers, registration, staleness and log"},
+      {"/tracker", "51001", "/tracker: 51001 is not an object"},
+      {"/tracker/address", R"("localhost")", R"(/tracker/address: "localhost" is not an IPv4 or IPv6 address)"},
+      {"/tracker/address", R"("127.0.0.256")", R"(/tracker/address: "127.0.0.256" is not an IPv4 or IPv6 address)"},
+      {"/tracker/port", "65536", "/tracker/port: 65536 is above the maximum 65535"},
+      {"/tracker/port", "-1", "/tracker/port: -1 is below the minimum 0"},
+      {"/tracker/port", "51001.0", "/tracker/port: 51001.0 is not an integer"},
+      {"/tracker/port", R"("51001")", R"(/tracker/port: "51001" is not an integer)"},
+      {"/tracker/frame_deadline_ms", "0", "/tracker/frame_deadline_ms: 0 is not above 0"},
+      {"/tracker/frame_deadline_ms", "20",
+       "/tracker/frame_deadline_ms: 20.0 is not below the frame period of the bundle, 20.0"},
+      {"/tracker/subject", "3", "/tracker/subject: 3 is not a string or null"},
+      {"/clients/address", R"("")", R"(/clients/address: "" is not an IPv4 or IPv6 address)"},
+      {"/clients/port", "1e9", "/clients/port: 1000000000.0 is not an integer"},
+      {"/clients/max_subscribers", "0", "/clients/max_subscribers: 0 is below the minimum 1"},
+      {"/clients/max_subscribers", "257", "/clients/max_subscribers: 257 is above the maximum 256"},
+      {"/clients/lease_s", "0", "/clients/lease_s: 0 is below the minimum 0.1"},
+      {"/simulator/kind", R"("fem")", R"(/simulator/kind: "fem" is not one of "kf-admm" or "admm")"},
+      {"/simulator/scheme", R"("perframe")",
+       R"(/simulator/scheme: "perframe" is not one of "per-frame" or "algorithm-1")"},
+      {"/simulator/iterations", "0", "/simulator/iterations: 0 is below the minimum 1"},
+      {"/simulator/iterations", "10001", "/simulator/iterations: 10001 is above the maximum 10000"},
+      {"/simulator/tolerance", "-0.1", "/simulator/tolerance: -0.1 is below the minimum 0"},
+      {"/simulator/weight_scale", "0", "/simulator/weight_scale: 0 is below the minimum 0.001"},
+      {"/simulator/threads", "65", "/simulator/threads: 65 is above the maximum 64"},
+      {"/simulator/time_step", "0", "/simulator/time_step: 0 is below the minimum 0.0001"},
+      {"/simulator/time_step", "\"auto\"", "/simulator/time_step: \"auto\" is not a number or null"},
+      {"/simulator/iteration", "3",
+       "/simulator/iteration: unknown key; known are kind, scheme, iterations, tolerance, weight_scale, threads and "
+       "time_step"},
+      {"/material/youngs_modulus", "-6", "/material/youngs_modulus: -6 is not above 0"},
+      {"/material/poissons_ratio", "0.5", "/material/poissons_ratio: 0.5 is not below 0.5"},
+      {"/material/density", "101", "/material/density: 101 is above the maximum 100"},
+      {"/gravity", "[0, 0, -1, 0]", "/gravity: [0,0,-1,0] has 4 items, more than the maximum 3"},
+      {"/gravity/0", "200", "/gravity/0: 200 is above the maximum 100"},
+      {"/filter/preset", R"("loose")", R"(/filter/preset: "loose" is not one of "paper" or "standard")"},
+      {"/filter/process_noise", "-3", "/filter/process_noise: -3 is below the minimum 0"},
+      {"/filter/measurement_noise", "101", "/filter/measurement_noise: 101 is above the maximum 100"},
+      {"/filter/modes", "1.5", "/filter/modes: 1.5 is not an integer"},
+      {"/markers", "3", "/markers: 3 is not a string or an array"},
+      {"/markers", R"("set1")", R"(/markers: "set1" is not a marker set of the bundle; there are "all", "few")"},
+      {"/markers/1", R"("M3")", R"(/markers/1: "M3" is not a marker of the bundle)"},
+      {"/markers/1", R"("M1")", R"(/markers/1: "M1" is given twice)"},
+      {"/registration/fit", "\"yes\"", "/registration/fit: \"yes\" is not a boolean or null"},
+      {"/registration/rest_frames", "0", "/registration/rest_frames: 0 is below the minimum 1"},
+      {"/registration/placement_sd", "-1", "/registration/placement_sd: -1 is below the minimum 0"},
+      {"/registration/rest_tolerance", "0", "/registration/rest_tolerance: 0 is not above 0"},
+      {"/staleness/stale_after_ms", "0", "/staleness/stale_after_ms: 0 is below the minimum 1"},
+      {"/staleness/stale_after_ms", "501", "/staleness/lost_after_ms: 500.0 is below stale_after_ms 501.0"},
+      {"/staleness/lost_after_ms", "49", "/staleness/lost_after_ms: 49.0 is below stale_after_ms 50.0"},
+      {"/log/level", R"("loud")",
+       R"(/log/level: "loud" is not one of "trace", "debug", "info", "warn", "error", "critical" or "off")"},
+  };
+  const BundleFolder folder;
+  for (const Case& bad : cases) {
+    CAPTURE(bad.key, bad.value);
+    const auto path = folder.write("demo.json", with(kFullConfig, bad.key, bad.value));
+    CHECK(refusal([&] { load_daemon_config(path); }) == path.string() + ": " + bad.line);
+  }
+}
+
+TEST_CASE("Overrides of a configuration pass its checks") {
+  const BundleFolder folder;
+  const auto path = folder.write("demo.json", kFullConfig);
+  const Names good{"simulator.scheme=per-frame", "material.poissons_ratio=0.42", "tracker.frame_deadline_ms=null"};
+  const DaemonConfig config = load_daemon_config(path, good);
+  CHECK(config.simulator.solver.scheme == Scheme::per_frame);
+  CHECK(config.bundle.scene.material.poissons_ratio == 0.42);
+  CHECK(config.tracker.frame_deadline == 5ms);
+
+  const Names bad{"simulator.iterations=0"};
+  const std::string line = "--set simulator.iterations=0: /simulator/iterations: 0 is below the minimum 1";
+  CHECK(refusal([&] { load_daemon_config(path, bad); }) == line);
+  CHECK(refusal([&] { config_for_bundle(folder.path(), bad); }) == line);
+}
+
+TEST_CASE("Lost is never sooner than stale where only stale is given") {
+  const BundleFolder folder;
+  const Names overrides{"staleness.stale_after_ms=5000"};
+  CHECK(config_for_bundle(folder.path(), overrides).staleness.lost_after == 5s);
+}
