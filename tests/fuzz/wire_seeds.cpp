@@ -1,0 +1,69 @@
+// Writes the seeds of the datagram fuzzers: FOLDER/client_messages/* and FOLDER/tracker_stream/*.
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "protocol/bytes.hpp"
+#include "protocol/vicon_stream.hpp"
+#include "tests/protocol/client_samples.hpp"
+
+using namespace tissued::protocol;
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+void write(const std::filesystem::path& folder, std::size_t number, const Bytes& bytes) {
+  std::filesystem::create_directories(folder);
+  std::ofstream file(folder / std::to_string(number), std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+// Four frames in as many datagrams as they need, 10 ms apart, as tracker_stream_fuzz.cpp reads them.
+Bytes stream(int markers, bool stamps, std::uint32_t first_frame) {
+  Bytes bytes;
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    TrackerFrame frame;
+    frame.frame_number = first_frame + k;
+    if (stamps) frame.stamp_ns = 10'000'000ULL * k;
+    frame.objects.push_back({Name::from("A1").value(), {1, 2, 3}, {0.1, 0.2, 0.3}});
+    frame.forces.push_back({Name::from("A1").value(), {0.5, 0, 0}});
+    frame.truth.push_back({Name::from("T1").value(), {4, 5, 6}});
+    for (int i = 1; i <= markers; ++i) {
+      const std::string label = (i < 10 ? "M0" : "M") + std::to_string(i);
+      frame.markers.push_back({Name::from(label).value(), {7, 8, 9}, i % 5 == 0});
+    }
+    std::array<TrackerPacket, kMaxPacketsPerFrame> packets;
+    const std::size_t count = encode_tracker_frame(frame, packets);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<std::uint8_t, 4> prefix{};
+      ByteWriter writer(prefix);
+      writer.u16(i == 0 ? 10 : 0);
+      writer.u16(static_cast<std::uint16_t>(packets[i].size));
+      bytes.insert(bytes.end(), prefix.begin(), prefix.end());
+      bytes.insert(bytes.end(), packets[i].view().begin(), packets[i].view().end());
+    }
+  }
+  return bytes;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  const std::filesystem::path folder = argv[1];
+  std::size_t number = 0;
+  for (const Sample& sample : client_samples()) {
+    write(folder / "client_messages", number++, encoded(sample.envelope, sample.message));
+  }
+  number = 0;
+  for (const std::uint32_t first_frame : {0U, 1000U, 0xFFFFFFFEU}) {
+    write(folder / "tracker_stream", number++, stream(2, false, first_frame));
+    write(folder / "tracker_stream", number++, stream(2, true, first_frame));
+    write(folder / "tracker_stream", number++, stream(25, true, first_frame));
+  }
+  return 0;
+}
