@@ -1,0 +1,68 @@
+// Counts what the heap is asked for while datagrams are read, joined and written.
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "protocol/frame_assembler.hpp"
+#include "protocol/sequence_gate.hpp"
+#include "tests/protocol/client_samples.hpp"
+
+namespace {
+
+std::atomic<std::size_t> allocations{0};
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+using namespace tissued::protocol;
+
+TEST_CASE("the tracker's way in and out asks nothing of the heap") {
+  FrameAssembler assembler({.markers = {Name::from("M0").value()}});
+  TrackerFrame frame;
+  frame.stamp_ns = 1;
+  for (const char* name : {"A1", "A2", "M0"}) frame.objects.push_back({Name::from(name).value(), {1, 2, 3}, {}});
+  for (const char* name : {"M1", "M2", "M3"}) frame.markers.push_back({Name::from(name).value(), {1, 2, 3}, false});
+  std::vector<TrackerPacket> packets(kMaxPacketsPerFrame);
+  TrackerDatagram datagram;
+  std::size_t emitted = 0;
+  const std::size_t before = allocations;
+  for (std::uint32_t number = 0; number < 100; ++number) {
+    frame.frame_number = number;
+    const std::size_t count = encode_tracker_frame(frame, packets);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (decode_tracker_datagram(packets[i].view(), datagram) != TrackerRefusal::none) continue;
+      emitted += assembler.add(datagram, number * 10'000'000ULL).size();
+      emitted += assembler.flush_if_due(number * 10'000'000ULL).size();
+    }
+  }
+  CHECK(allocations == before);
+  CHECK(emitted == 100);
+}
+
+TEST_CASE("client messages ask nothing of the heap") {
+  const auto samples = client_samples();
+  std::vector<std::uint8_t> buffer(kMaxDatagram);
+  SequenceGate gate;
+  std::size_t read = 0;
+  const std::size_t before = allocations;
+  for (const Sample& sample : samples) {
+    const std::size_t size =
+        std::visit([&](const auto& m) { return encode_client_message(sample.envelope, m, buffer); }, sample.message);
+    const DecodedMessage decoded = decode_client_message(std::span(buffer).first(size));
+    gate.judge(decoded.header.envelope);
+    read += decoded.refusal == ClientRefusal::none ? 1 : 0;
+  }
+  CHECK(allocations == before);
+  CHECK(read == samples.size());
+}
