@@ -298,6 +298,13 @@ TEST_CASE("Every corrupted byte of a bundle is read or refused in one line") {
   CHECK(refused > static_cast<int>(text.size()) / 2);
 }
 
+TEST_CASE("The demo phantom loads") {
+  const Bundle demo = load_bundle(std::filesystem::path(TISSUED_SOURCE_DIR) / "config/demo");
+  CHECK(names_of(demo.scene.pads) == Names{"A1", "A2", "A3", "A4"});
+  CHECK(demo.scene.markers.size() == 15);
+  CHECK(demo.scene.targets.size() == 3);
+}
+
 TEST_CASE("The shared recordings load") {
   const std::filesystem::path shared = TISSUED_SHARED_DATA;
   if (!std::filesystem::exists(shared / "recordings")) {
