@@ -1,9 +1,9 @@
 #include "protocol/file_content.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "protocol/file_error.hpp"
 
@@ -16,7 +16,13 @@ std::string read_file_content(const std::filesystem::path& path) {
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw FileError(path.string(), 0, std::string("cannot be opened: ") + std::strerror(errno));
-  std::string content{std::istreambuf_iterator<char>(stream), {}};
+  // Piece by piece, not by the size stated beforehand, which pipes and /proc do not know.
+  std::string content;
+  std::array<char, 65536> piece{};
+  do {
+    stream.read(piece.data(), piece.size());
+    content.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
+  } while (stream);
   if (stream.bad()) throw FileError(path.string(), 0, std::string("cannot be read: ") + std::strerror(errno));
   return content;
 }

@@ -1,6 +1,7 @@
 #include "protocol/mesh_builder.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/text_fields.hpp"
 
@@ -21,6 +22,14 @@ typename Groups::mapped_type& group_called(Groups& groups, std::map<std::string,
         "groups " + std::to_string(owner) + " and " + std::to_string(tag) + " are both called " + in_quotes(name));
   }
   return groups[name];
+}
+
+// Puts `tet` in its place of an ascending list, as a rule the last one; false where it is there already.
+bool insert_once(std::vector<std::int32_t>& tets, std::int32_t tet) {
+  const auto place = tets.empty() || tets.back() < tet ? tets.end() : std::lower_bound(tets.begin(), tets.end(), tet);
+  if (place != tets.end() && *place == tet) return false;
+  tets.insert(place, tet);
+  return true;
 }
 
 }  // namespace
@@ -80,7 +89,7 @@ void MeshBuilder::add_tet(const std::array<std::int64_t, 4>& tags, std::span<con
     mesh_.tet_lines.push_back(line);
   }
   bool joined = false;
-  for (const int group : groups) joined |= volume_members_.insert({group, tet->second}).second;
+  for (const int group : groups) joined |= insert_once(volumes_[group], tet->second);
   if (!added && (repeats == Repeats::refused || !joined)) {
     throw MeshError(mesh_.tet_file, line,
                     "this tetrahedron repeats the one of line " + std::to_string(mesh_.tet_lines[tet->second]));
@@ -106,8 +115,8 @@ void MeshBuilder::name_groups() {
   for (auto& [tag, triangles] : surfaces_) {
     group_called(mesh_.surfaces, tag_of_surface, tag, surface_names_, mesh_.tet_file) = std::move(triangles);
   }
-  for (const auto& [tag, tet] : volume_members_) {
-    group_called(mesh_.volumes, tag_of_volume, tag, volume_names_, mesh_.tet_file).push_back(tet);
+  for (auto& [tag, tets] : volumes_) {
+    group_called(mesh_.volumes, tag_of_volume, tag, volume_names_, mesh_.tet_file) = std::move(tets);
   }
 }
 

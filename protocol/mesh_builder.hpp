@@ -4,11 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "protocol/mesh_check.hpp"
@@ -62,7 +60,7 @@ class MeshBuilder {
   std::unordered_map<std::int64_t, std::int32_t> node_of_tag_;
   std::unordered_map<Tetrahedron, std::int32_t, NodesHash> tet_of_nodes_;  // keyed by the sorted nodes
   std::map<int, std::vector<Triangle>> surfaces_;                          // by group tag
-  std::set<std::pair<int, std::int32_t>> volume_members_;                  // group tag, tetrahedron
+  std::map<int, std::vector<std::int32_t>> volumes_;                       // by group tag; each list ascending
   std::map<int, std::string> surface_names_;
   std::map<int, std::string> volume_names_;
 };
