@@ -32,7 +32,7 @@ TrackerConfig read_tracker(const Document& document, const Bundle& bundle) {
   tracker.port = document.value("/tracker/port", tracker.port);
   tracker.subject = document.value("/tracker/subject", bundle.subject);
   const double period_ms = 1e3 / bundle.scene.rate;
-  const double deadline_ms = document.value("/tracker/frame_deadline_ms", std::min(5.0, 0.5 * period_ms));
+  const double deadline_ms = document.value("/tracker/frame_deadline_ms", std::min(4.0, 0.5 * period_ms));
   if (deadline_ms >= period_ms) {
     document.refuse(
         JsonPointer("/tracker/frame_deadline_ms"),

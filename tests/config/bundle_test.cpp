@@ -223,6 +223,19 @@ TEST_CASE("Every bad value of a bundle is refused with key, value and limit") {
   }
 }
 
+TEST_CASE("A bundle asks for no more markers, pads and targets than a tracker frame holds") {
+  const auto points = [](std::size_t count) {
+    Json named = Json::object();
+    for (std::size_t i = 0; i < count; ++i) named[std::to_string(i)] = {0, 0, 0};
+    return named.dump();
+  };
+  const std::string many = with(with(kFullBundle, "/marker_sets", ""), "/markers", points(128));
+  CHECK(load_bundle(BundleFolder(many).path()).scene.markers.size() == 128);
+  CHECK(refusal_with("/markers", points(129)).find("has 129 keys, more than the maximum 128") != std::string::npos);
+  CHECK(refusal_with("/targets", points(65)).find("has 65 keys, more than the maximum 64") != std::string::npos);
+  CHECK(refusal_with("/actuators", points(33)).find("has 33 keys, more than the maximum 32") != std::string::npos);
+}
+
 TEST_CASE("A bundle without its files says which") {
   const BundleFolder folder;
   std::filesystem::remove(folder.path() / "block.msh");

@@ -80,7 +80,7 @@ TEST_CASE("A bundle alone is enough to start from") {
   CHECK(config.bundle.scene.name == "block");
   CHECK(config.tracker.port == 51001);
   CHECK(config.tracker.subject == "phantom");
-  CHECK(config.tracker.frame_deadline == 5ms);
+  CHECK(config.tracker.frame_deadline == 4ms);
   CHECK(config.clients.port == 51010);
   CHECK(config.simulator.kind == "kf-admm");
   CHECK(config.simulator.solver.time_step == 0.02);
@@ -202,7 +202,7 @@ TEST_CASE("Overrides of a configuration pass its checks") {
   const DaemonConfig config = load_daemon_config(path, good);
   CHECK(config.simulator.solver.scheme == Scheme::per_frame);
   CHECK(config.bundle.scene.material.poissons_ratio == 0.42);
-  CHECK(config.tracker.frame_deadline == 5ms);
+  CHECK(config.tracker.frame_deadline == 4ms);
 
   const Names bad{"simulator.iterations=0"};
   const std::string line = "--set simulator.iterations=0: /simulator/iterations: 0 is below the minimum 1";
