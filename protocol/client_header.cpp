@@ -96,8 +96,7 @@ void write_header(ByteWriter& writer, MessageType type, const Envelope& envelope
 
 std::size_t finish_message(ByteWriter& writer) {
   writer.patch_u32(kLengthOffset, static_cast<std::uint32_t>(writer.size()));
-  const bool sendable = writer.ok() && writer.finite() && writer.size() <= kMaxDatagram;
-  return sendable ? writer.size() : 0;
+  return writer.ok() && writer.finite() ? writer.size() : 0;
 }
 
 }  // namespace tissued::protocol

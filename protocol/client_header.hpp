@@ -73,8 +73,8 @@ ClientRefusal read_header(ByteReader& reader, std::size_t datagram_size, Header&
 // Writes the header with a length of 0, for finish_message to fill in.
 void write_header(ByteWriter& writer, MessageType type, const Envelope& envelope);
 
-// Fills in the length. Returns the size of the datagram, or 0 where the writer ran out of room, wrote a number that is
-// not finite, or exceeded kMaxDatagram.
+// Fills in the length. Returns the size of the datagram, or 0 where the writer ran out of room or wrote a number that
+// is not finite. No message has room for more than kMaxDatagram.
 std::size_t finish_message(ByteWriter& writer);
 
 }  // namespace tissued::protocol

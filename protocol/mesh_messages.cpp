@@ -1,6 +1,7 @@
 #include "protocol/mesh_messages.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace tissued::protocol {
 
@@ -29,6 +30,14 @@ void write_position(ByteWriter& writer, Precision precision, const std::array<do
     return;
   }
   for (const double component : position) writer.f32(static_cast<float>(component));
+}
+
+std::size_t corner_count(CellKind kind) { return kind == CellKind::skin_triangle ? 3 : 4; }
+
+std::array<std::uint32_t, 4> read_cell(ByteReader& reader, CellKind kind) {
+  std::array<std::uint32_t, 4> cell{};
+  for (std::uint32_t& node : std::span(cell).first(corner_count(kind))) node = reader.u32();
+  return cell;
 }
 
 ClientRefusal value_gate(bool good) { return good ? ClientRefusal::none : ClientRefusal::bad_value; }
@@ -97,13 +106,10 @@ ClientRefusal read_body(ByteReader& reader, MeshCells& message) {
   message.cell_total = reader.u32();
   message.first_cell = reader.u32();
   if (!message.cells.resize(count)) return ClientRefusal::wrong_size;
-  const std::size_t corners = message.kind == CellKind::skin_triangle ? 3 : 4;
   for (auto& cell : message.cells) {
-    cell = {};
-    for (std::size_t corner = 0; corner < corners; ++corner) {
-      cell[corner] = reader.u32();
-      good = good && cell[corner] < message.node_total;
-    }
+    cell = read_cell(reader, message.kind);
+    const auto corners = std::span(cell).first(corner_count(message.kind));
+    good = good && std::all_of(corners.begin(), corners.end(), [&](auto node) { return node < message.node_total; });
   }
   return value_gate(good && is_cell_kind(message.kind) &&
                     chunk_in_place(message.chunk, message.chunk_count, message.first_cell, count, message.cell_total,
@@ -119,9 +125,8 @@ void write_body(ByteWriter& writer, const MeshCells& message) {
   writer.u32(message.node_total);
   writer.u32(message.cell_total);
   writer.u32(message.first_cell);
-  const std::size_t corners = message.kind == CellKind::skin_triangle ? 3 : 4;
   for (const auto& cell : message.cells) {
-    for (std::size_t corner = 0; corner < corners; ++corner) writer.u32(cell[corner]);
+    for (const std::uint32_t node : std::span(cell).first(corner_count(message.kind))) writer.u32(node);
   }
 }
 

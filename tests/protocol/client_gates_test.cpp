@@ -174,6 +174,17 @@ TEST_CASE("counts that do not fill the body, or exceed what a datagram holds, ar
   CHECK(decode_client_message(eleven).refusal == ClientRefusal::wrong_size);
 }
 
+TEST_CASE("a count that no datagram holds is of the wrong size, whatever else is wrong") {
+  const auto samples = client_samples();
+  Status status = std::get<Status>(samples[kStatus_].message);
+  status.counters.clear();
+  Bytes bytes = encoded({}, status);
+  std::memcpy(bytes.data() + 96, kNan.data(), kNan.size());
+  CHECK(decode_client_message(bytes).refusal == ClientRefusal::not_finite);
+  bytes[27] = 101;
+  CHECK(decode_client_message(bytes).refusal == ClientRefusal::wrong_size);
+}
+
 TEST_CASE("the first gate that fails names the refusal") {
   using Refusal = ClientRefusal;
   const Change magic{0, {'x'}}, version{4, {2}}, flags{7, {0x80}}, type{5, {0x44}}, length{20, {0}};

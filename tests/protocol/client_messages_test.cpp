@@ -139,6 +139,17 @@ TEST_CASE("nothing is encoded into too small a buffer, nor what is not finite") 
   CHECK(refused(status));
 }
 
+TEST_CASE("what is not known goes out as zero") {
+  Predictions predictions;
+  predictions.stamp_ns = 5;
+  predictions.targets.push_back({0, {1, 2, 3}, {}, false, {kNan, 5, 6}});
+  const DecodedMessage decoded = decode_client_message(encoded({}, predictions));
+  REQUIRE(decoded.refusal == ClientRefusal::none);
+  const auto& message = std::get<Predictions>(decoded.message);
+  CHECK(message.stamp_ns == 0);
+  CHECK(message.targets[0].truth == std::array{0.0, 0.0, 0.0});
+}
+
 TEST_CASE("every truncation of every message is refused as too short or of the wrong size") {
   for (const Sample& sample : client_samples()) {
     const Bytes whole = encoded(sample.envelope, sample.message);

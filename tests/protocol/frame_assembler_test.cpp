@@ -108,6 +108,57 @@ TEST_CASE("without stamps a frame waits for every expected name") {
   CHECK(stream.last.objects.size() == 2);
 }
 
+TEST_CASE("every frame waits for the names anew") {
+  Stream stream({.markers = {name("M1")}, .objects = {name("A1")}});
+  for (std::uint32_t frame = 1; frame < 4; ++frame) {
+    CHECK(stream.add(plain(frame, {"M1"})).empty());
+    CHECK(stream.add(plain(frame, {"A1"})) == Numbers{frame});
+  }
+}
+
+TEST_CASE("forces and truth are handed on with the frame that they came with") {
+  Stream stream;
+  for (std::uint32_t frame = 1; frame < 4; ++frame) {
+    TrackerDatagram first = stamped(frame, 0, 2), second = stamped(frame, 1, 2);
+    first.forces.push_back({name("A1"), {1.0 * frame, 0, 0}});
+    second.forces.push_back({name("A2"), {2.0 * frame, 0, 0}});
+    second.truth.push_back({name("T1"), {3.0 * frame, 0, 0}});
+    CHECK(stream.add(first).empty());
+    CHECK(stream.add(second) == Numbers{frame});
+    REQUIRE(stream.last.forces.size() == 2);
+    CHECK(stream.last.forces[0].force[0] == frame);
+    CHECK(stream.last.forces[1].force[0] == 2 * frame);
+    REQUIRE(stream.last.truth.size() == 1);
+    CHECK(stream.last.truth[0].position[0] == 3 * frame);
+  }
+  CHECK(stream.count(AssemblerEvent::duplicate_items) == 0);
+}
+
+TEST_CASE("without stamps a new force or truth makes a datagram no duplicate") {
+  Stream stream;
+  TrackerDatagram datagram = plain(1, {"A1"});
+  stream.add(datagram);
+  datagram.forces.push_back({name("A1"), {1, 0, 0}});
+  stream.add(datagram);
+  datagram.truth.push_back({name("T1"), {1, 0, 0}});
+  stream.add(datagram);
+  CHECK(stream.count(AssemblerEvent::duplicate_datagrams) == 0);
+  stream.add(datagram);
+  CHECK(stream.count(AssemblerEvent::duplicate_datagrams) == 1);
+  CHECK(stream.count(AssemblerEvent::duplicate_items) == 3);
+  CHECK(stream.flush(10 * kMs) == Numbers{1});
+  CHECK(stream.last.forces.size() == 1);
+  CHECK(stream.last.truth.size() == 1);
+}
+
+TEST_CASE("a frame that nobody flushed still takes its parts, however late") {
+  Stream stream({.restart_silence_ns = 500 * kMs});
+  stream.add(stamped(1, 0, 2));
+  CHECK(stream.add(stamped(1, 1, 2), 2000 * kMs) == Numbers{1});
+  CHECK_FALSE(stream.last.after_restart);
+  CHECK(stream.last.markers.size() == 2);
+}
+
 TEST_CASE("an occluded marker was seen to be sent") {
   Stream stream({.markers = {name("M0"), name("M1")}});
   TrackerDatagram datagram;
@@ -259,6 +310,17 @@ TEST_CASE("one stray datagram from far behind is not a restart, however often it
   }
   CHECK(stream.count(AssemblerEvent::restart_suspects) == 10);
   CHECK(stream.count(AssemblerEvent::restarts) == 0);
+}
+
+TEST_CASE("64 frames behind is late, 65 are suspect") {
+  Stream stream;
+  stream.add(stamped(1000));
+  stream.add(stamped(936));
+  CHECK(stream.count(AssemblerEvent::late_datagrams) == 1);
+  CHECK(stream.count(AssemblerEvent::restart_suspects) == 0);
+  stream.add(stamped(935));
+  CHECK(stream.count(AssemblerEvent::late_datagrams) == 1);
+  CHECK(stream.count(AssemblerEvent::restart_suspects) == 1);
 }
 
 TEST_CASE("a tracker that restarts far behind is followed with its second frame") {

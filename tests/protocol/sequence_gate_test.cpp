@@ -42,6 +42,15 @@ TEST_CASE("the window holds 64 numbers") {
   CHECK(judge(gate, 137) == SequenceVerdict::too_old);
 }
 
+TEST_CASE("a gap as long as the window leaves nothing in it") {
+  SequenceGate gate;
+  judge(gate, 99);
+  judge(gate, 100);
+  judge(gate, 164);
+  CHECK(judge(gate, 163) == SequenceVerdict::late);
+  CHECK(judge(gate, 101) == SequenceVerdict::late);
+}
+
 TEST_CASE("sequence numbers wrap around") {
   SequenceGate gate;
   judge(gate, 0xFFFFFFFE);
