@@ -55,15 +55,17 @@ const char* to_string(Count count) {
 }  // namespace
 
 std::string Counters::name(std::size_t index) {
+  using protocol::AssemblerEvent;
+  using protocol::ClientRefusal;
+  using protocol::TrackerRefusal;
   if (index < kFirstEvent) return to_string(static_cast<Count>(index));
-  if (index < kFirstTrackerRefusal)
-    return protocol::to_string(static_cast<protocol::AssemblerEvent>(index - kFirstEvent));
+  if (index < kFirstTrackerRefusal) return protocol::to_string(static_cast<AssemblerEvent>(index - kFirstEvent));
   if (index < kFirstClientRefusal) {
-    return std::string("tracker:") +
-           protocol::to_string(static_cast<protocol::TrackerRefusal>(index - kFirstTrackerRefusal));
+    const auto refusal = static_cast<TrackerRefusal>(index - kFirstTrackerRefusal);
+    return std::string("tracker:") + (refusal == TrackerRefusal::none ? "accepted" : protocol::to_string(refusal));
   }
-  return std::string("client:") +
-         protocol::to_string(static_cast<protocol::ClientRefusal>(index - kFirstClientRefusal));
+  const auto refusal = static_cast<ClientRefusal>(index - kFirstClientRefusal);
+  return std::string("client:") + (refusal == ClientRefusal::none ? "accepted" : protocol::to_string(refusal));
 }
 
 }  // namespace tissued::daemon

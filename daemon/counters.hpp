@@ -58,7 +58,8 @@ class Counters {
 
   /// By place in the table, 0 .. kSize - 1.
   std::uint64_t value(std::size_t index) const noexcept { return values_[index].load(std::memory_order_relaxed); }
-  /// At most 24 characters: `frames_skipped`; of a gate `tracker:too_short`, `client:bad_magic`.
+  /// At most 24 characters: `frames_skipped`; of a gate `tracker:too_short`, `client:bad_magic`, and
+  /// `tracker:accepted`, `client:accepted` for what passed all gates.
   static std::string name(std::size_t index);
 
  private:

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/simulator.hpp"
+#include "protocol/fixed_list.hpp"
+
+namespace tissued::daemon {
+
+inline constexpr std::size_t kMaxMarkers = 128;  // as many as a protocol::TrackerFrame carries
+inline constexpr std::size_t kMaxPads = 32;
+inline constexpr std::size_t kMaxTargets = 64;
+
+/// Where one target is, tracker frame.
+struct TargetAnswer {
+  std::array<double, 3> position{};            ///< mm
+  std::array<double, 6> covariance{};          ///< mm2: xx, xy, xz, yy, yz, zz
+  std::optional<std::array<double, 3>> truth;  ///< mm, relayed from the tracker
+};
+
+/// What a pad that touches the tissue does to it.
+struct PadAnswer {
+  std::uint16_t index = 0;        ///< in the scene
+  std::array<double, 3> force{};  ///< N, tracker frame
+};
+
+/// What the simulation knows after a step. Fixed in size, so that a LatestValue hands it on without allocating.
+struct Answer {
+  bool has_frame = false;  ///< false: no frame has been stepped yet, and targets are where they are at rest
+  std::uint32_t tracker_frame = 0;
+  std::optional<std::uint64_t> stamp_ns;  ///< tracker's clock
+  std::uint64_t receive_ns = 0;           ///< monotonic clock, first datagram of the frame
+  std::uint64_t step_time_ns = 0;
+  std::uint16_t reasons = 0;  ///< protocol::ValidityReason bits that do not depend on the answer's age
+  core::StepReport report;
+  std::uint16_t markers_seen = 0;
+  std::uint64_t steps = 0;                                 ///< since the start
+  protocol::FixedList<TargetAnswer, kMaxTargets> targets;  ///< (scene.targets)
+  protocol::FixedList<PadAnswer, kMaxPads> pads;           ///< those that touch
+};
+
+/// All node positions at one moment.
+struct MeshSnapshot {
+  explicit MeshSnapshot(int node_count) : positions(static_cast<std::size_t>(node_count)) {}
+
+  std::uint32_t tracker_frame = 0;
+  std::uint64_t receive_ns = 0;
+  std::vector<std::array<double, 3>> positions;  ///< (n) mm, tracker frame
+};
+
+}  // namespace tissued::daemon

@@ -1,0 +1,60 @@
+#include "daemon/answer_messages.hpp"
+
+#include <algorithm>
+
+namespace tissued::daemon {
+
+using protocol::Predictions;
+using protocol::Status;
+
+std::size_t prediction_part_count(const Answer& answer) {
+  return std::max(protocol::chunk_count(answer.targets.size(), Predictions::kTargetsPerPart),
+                  protocol::chunk_count(answer.pads.size(), Predictions::kPadsPerPart));
+}
+
+Predictions prediction_part(const Answer& answer, const Verdict& verdict, std::uint64_t send_ns, std::size_t part) {
+  Predictions message;
+  message.part = static_cast<std::uint8_t>(part);
+  message.part_count = static_cast<std::uint8_t>(prediction_part_count(answer));
+  message.validity = verdict.validity;
+  message.reasons = verdict.reasons;
+  message.tracker_frame = answer.tracker_frame;
+  message.has_stamp = answer.stamp_ns.has_value();
+  message.stamp_ns = answer.stamp_ns.value_or(0);
+  message.receive_ns = answer.receive_ns;
+  message.send_ns = send_ns;
+  message.age_ns = verdict.age_ns;
+  message.step_time_ns = answer.step_time_ns;
+  message.primal_residual = answer.report.primal_residual;
+  message.dual_residual = answer.report.dual_residual;
+  message.innovation_rms = answer.report.innovation_rms;
+  message.iterations = static_cast<std::uint16_t>(answer.report.iterations);
+  message.markers_used = static_cast<std::uint16_t>(answer.report.markers_used);
+  message.markers_seen = answer.markers_seen;
+  const std::size_t first_target = part * Predictions::kTargetsPerPart;
+  const std::size_t target_end = std::min(first_target + Predictions::kTargetsPerPart, answer.targets.size());
+  for (std::size_t i = first_target; i < target_end; ++i) {
+    const TargetAnswer& target = answer.targets[i];
+    message.targets.push_back({static_cast<std::uint16_t>(i), target.position, target.covariance,
+                               target.truth.has_value(), target.truth.value_or(std::array<double, 3>{})});
+  }
+  const std::size_t first_pad = part * Predictions::kPadsPerPart;
+  const std::size_t pad_end = std::min(first_pad + Predictions::kPadsPerPart, answer.pads.size());
+  for (std::size_t i = first_pad; i < pad_end; ++i) {
+    message.pads.push_back({answer.pads[i].index, answer.pads[i].force});
+  }
+  return message;
+}
+
+void fill_status_counters(Status& status, const Counters& counters, std::size_t part) {
+  status.part = static_cast<std::uint8_t>(part);
+  status.part_count = static_cast<std::uint8_t>(status_part_count());
+  status.counters.clear();
+  const std::size_t first = part * Status::kCountersPerPart;
+  const std::size_t end = std::min(first + Status::kCountersPerPart, Counters::kSize);
+  for (std::size_t i = first; i < end; ++i) {
+    status.counters.push_back({static_cast<std::uint16_t>(i), counters.value(i)});
+  }
+}
+
+}  // namespace tissued::daemon

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "daemon/answer.hpp"
+#include "daemon/counters.hpp"
+#include "daemon/validity.hpp"
+#include "protocol/mesh_messages.hpp"
+#include "protocol/prediction_messages.hpp"
+#include "protocol/status_messages.hpp"
+
+namespace tissued::daemon {
+
+/// How many Predictions an answer needs; at least one.
+std::size_t prediction_part_count(const Answer& answer);
+
+/// Part `part` of the answer as it is sent at send_ns (monotonic clock).
+protocol::Predictions prediction_part(const Answer& answer, const Verdict& verdict, std::uint64_t send_ns,
+                                      std::size_t part);
+
+/// How many Status messages all counters need.
+constexpr std::size_t status_part_count() {
+  return protocol::chunk_count(Counters::kSize, protocol::Status::kCountersPerPart);
+}
+
+/// Fills in part, part_count and that part's counters.
+void fill_status_counters(protocol::Status& status, const Counters& counters, std::size_t part);
+
+}  // namespace tissued::daemon

@@ -1,0 +1,353 @@
+#include "daemon/client_server.hpp"
+
+#include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/post.hpp>
+#include <chrono>
+#include <random>
+#include <utility>
+#include <variant>
+
+#include "daemon/answer_messages.hpp"
+#include "daemon/bound_socket.hpp"
+#include "daemon/monotonic_clock.hpp"
+#include "daemon/name_table.hpp"
+#include "daemon/validity.hpp"
+#include "daemon/version.hpp"
+
+namespace tissued::daemon {
+
+namespace {
+
+using boost::asio::ip::udp;
+using protocol::NameKind;
+
+constexpr int kMaxDrain = 64;  // requests before the tracker has its turn again
+constexpr std::chrono::milliseconds kTick{10};
+constexpr std::uint64_t kShortestHeldPeriod_ns = 10'000'000;  // of a held answer to one subscriber
+constexpr std::uint64_t kHeldPeriod_ns = 100'000'000;         // the same, where every frame was asked for
+constexpr std::uint64_t kShortestStatusPeriod_ns = 100'000'000;
+
+std::size_t place_of(NameKind kind) { return static_cast<std::size_t>(kind); }
+
+// For people to read: what does not fit into a name is cut off.
+protocol::Name shown_name(const std::string& text) {
+  std::string printable = text.substr(0, protocol::Name::kCapacity);
+  std::replace_if(
+      printable.begin(), printable.end(), [](char c) { return c < 0x20 || c > 0x7E; }, '?');
+  return protocol::Name::from(printable.empty() ? "?" : printable).value_or(protocol::Name{});
+}
+
+template <typename Items>
+std::vector<protocol::Name> names_of(const Items& items) {
+  std::vector<protocol::Name> names;
+  for (const auto& item : items) names.push_back(wire_name(item.name));
+  return names;
+}
+
+protocol::HelloReply introduce(const config::DaemonConfig& config, const core::Scene& scene) {
+  protocol::HelloReply hello;
+  hello.version = shown_name(kVersion);
+  hello.model = shown_name(scene.name);
+  hello.simulator = shown_name(config.simulator.kind);
+  hello.units = shown_name("mm s N");
+  hello.nominal_rate_hz = scene.rate;
+  hello.node_count = static_cast<std::uint32_t>(scene.mesh.node_count());
+  hello.tetrahedron_count = static_cast<std::uint32_t>(scene.mesh.tet_count());
+  hello.triangle_count = static_cast<std::uint32_t>(scene.mesh.find_surface(scene.skin_surface)->triangles.size());
+  hello.target_count = static_cast<std::uint16_t>(scene.targets.size());
+  hello.marker_count = static_cast<std::uint16_t>(scene.markers.size());
+  hello.pad_count = static_cast<std::uint16_t>(scene.pads.size());
+  return hello;
+}
+
+}  // namespace
+
+ClientServer::ClientServer(boost::asio::io_context& context, const config::DaemonConfig& config,
+                           const core::Scene& scene, SimulationThread& simulation, Counters& counters,
+                           std::function<double()> tracker_rate_hz)
+    : context_(context),
+      socket_(bind_udp(context, "clients", config.clients.address, config.clients.port)),
+      ticker_(context),
+      port_(socket_.local_endpoint().port()),
+      staleness_(config.staleness),
+      max_lease_ns_(static_cast<std::uint64_t>(config.clients.lease.count())),
+      simulation_(simulation),
+      counters_(counters),
+      tracker_rate_hz_(std::move(tracker_rate_hz)),
+      peers_(static_cast<std::size_t>(config.clients.max_subscribers)),
+      sender_(socket_, std::random_device{}(), counters),
+      bulk_(context, scene, peers_, sender_, counters,
+            [this] { boost::asio::post(context_, [this] { serve_mesh_wishes(); }); }),
+      hello_(introduce(config, scene)),
+      started_ns_(monotonic_ns()) {
+  names_[place_of(NameKind::target)] = names_of(scene.targets);
+  names_[place_of(NameKind::marker)] = names_of(scene.markers);
+  names_[place_of(NameKind::pad)] = names_of(scene.pads);
+  for (std::size_t i = 0; i < Counters::kSize; ++i) {
+    names_[place_of(NameKind::counter)].push_back(shown_name(Counters::name(i)));
+  }
+}
+
+void ClientServer::start() { wait_readable(); }
+
+void ClientServer::close() {
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  ticker_.cancel();
+  bulk_.close();
+}
+
+void ClientServer::wait_readable() {
+  socket_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
+    if (error) return;
+    drain();
+    wait_readable();
+  });
+}
+
+void ClientServer::drain() {
+  for (int i = 0; i < kMaxDrain; ++i) {
+    boost::system::error_code error;
+    const std::size_t size = socket_.receive_from(boost::asio::buffer(buffer_), sender_endpoint_, 0, error);
+    if (error == boost::asio::error::would_block) return;
+    if (error) continue;  // an earlier datagram of ours found nobody; it has no place here
+    counters_.add(Count::client_datagrams);
+    serve(std::span(buffer_).first(size));
+  }
+}
+
+void ClientServer::serve(std::span<const std::uint8_t> bytes) {
+  const protocol::DecodedMessage request = protocol::decode_client_message(bytes);
+  counters_.add(request.refusal);
+  // Nothing that speaks our protocol sent it: no answer, and no place in the table.
+  using protocol::ClientRefusal;
+  const ClientRefusal refusal = request.refusal;
+  const bool foreign =
+      refusal == ClientRefusal::too_short || refusal == ClientRefusal::too_long || refusal == ClientRefusal::bad_magic;
+  if (foreign) return;
+  Peer& peer = peers_.hear(sender_endpoint_, monotonic_ns());
+  if (refusal != ClientRefusal::none) {
+    refuse(peer, request);
+  } else if (!is_repeated(peer, request.header)) {
+    std::visit([&](const auto& message) { handle(peer, request.header.envelope.sequence, message); }, request.message);
+  }
+}
+
+void ClientServer::refuse(Peer& peer, const protocol::DecodedMessage& request) {
+  // Two that answer errors with errors would never stop.
+  if (request.header.type_code == static_cast<std::uint8_t>(protocol::MessageType::error)) return;
+  sender_.send(peer, request.header.envelope.sequence,
+               protocol::Error{protocol::ErrorReason::refused, request.refusal, request.header.type_code});
+}
+
+// A datagram that the network doubled, or one so old that it may be: answering once is enough. A subscription that was
+// overtaken by a later request would undo that.
+bool ClientServer::is_repeated(Peer& peer, const protocol::Header& header) {
+  using protocol::SequenceVerdict;
+  const SequenceVerdict verdict = peer.gate.judge(header.envelope);
+  const bool changes_subscription =
+      header.type == protocol::MessageType::subscribe || header.type == protocol::MessageType::unsubscribe;
+  const bool repeated = verdict == SequenceVerdict::duplicate || verdict == SequenceVerdict::too_old ||
+                        (verdict == SequenceVerdict::late && changes_subscription);
+  if (repeated) counters_.add(Count::requests_repeated);
+  return repeated;
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Hello&) {
+  sender_.send(peer, sequence, hello_);
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryNames& request) {
+  const auto& table = names_[static_cast<std::size_t>(request.kind)];
+  protocol::Names message;
+  message.kind = request.kind;
+  message.total = static_cast<std::uint16_t>(table.size());
+  std::size_t next = 0;
+  do {
+    message.first = static_cast<std::uint16_t>(next);
+    message.names.clear();
+    while (next < table.size() && message.names.push_back(table[next])) ++next;
+    sender_.send(peer, sequence, message);
+  } while (next < table.size());
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryTargets&) {
+  send_predictions(peer, sequence, false);
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryMesh& request) {
+  if (peer.mesh_wish) counters_.add(Count::transfers_refused);
+  peer.mesh_wish = MeshWish{sequence, request.precision};
+  serve_mesh_wishes();
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryTopology& request) {
+  const bool tetrahedra = request.kind == protocol::CellKind::tetrahedron;
+  bulk_.begin(peer, tetrahedra ? BulkTransfers::Content::tetrahedra : BulkTransfers::Content::skin_triangles, sequence,
+              nullptr);
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryStatus&) {
+  send_status(peer, sequence);
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Subscribe& request) {
+  const std::uint64_t now_ns = monotonic_ns();
+  const std::uint64_t lease_ns = std::min(request.lease_s * std::uint64_t{1'000'000'000}, max_lease_ns_);
+  Grant grant;
+  grant.what = request.what;
+  grant.precision = request.precision;
+  grant.period_ns = request.rate_hz > 0.0 ? static_cast<std::uint64_t>(1e9 / request.rate_hz) : 0;
+  grant.expires_ns = now_ns + lease_ns;
+  grant.due_ns = now_ns;
+  grant.status_due_ns = now_ns;
+  if (peer.grant && peer.grant->streams_like(grant)) {
+    peer.grant->expires_ns = grant.expires_ns;  // a renewal does not disturb the stream's beat
+  } else if (!peers_.subscribe(peer, grant)) {
+    counters_.add(Count::clients_refused);
+    sender_.send(peer, sequence,
+                 protocol::Error{protocol::ErrorReason::too_many_clients, protocol::ClientRefusal::none,
+                                 static_cast<std::uint8_t>(protocol::MessageType::subscribe)});
+    return;
+  }
+  // Whole seconds on the wire, where 0 means that there is no subscription.
+  const auto lease_s = std::max<std::uint64_t>(1, lease_ns / 1'000'000'000);
+  sender_.send(
+      peer, sequence,
+      protocol::SubscribeReply{request.what, request.precision, static_cast<std::uint16_t>(lease_s), request.rate_hz});
+  start_ticking();
+}
+
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Unsubscribe&) {
+  peers_.unsubscribe(peer);
+  sender_.send(peer, sequence, protocol::SubscribeReply{});
+}
+
+template <typename NotARequest>
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const NotARequest&) {
+  if constexpr (!std::is_same_v<NotARequest, protocol::Error>) {
+    sender_.send(peer, sequence,
+                 protocol::Error{protocol::ErrorReason::not_a_request, protocol::ClientRefusal::none,
+                                 static_cast<std::uint8_t>(NotARequest::kType)});
+  }
+}
+
+void ClientServer::send_predictions(Peer& peer, std::uint32_t in_reply_to, bool fresh) {
+  const Answer& answer = simulation_.answer();
+  const std::uint64_t send_ns = monotonic_ns();
+  const Verdict verdict = judge(answer, send_ns, staleness_);
+  const std::size_t parts = prediction_part_count(answer);
+  for (std::size_t part = 0; part < parts; ++part) {
+    sender_.send(peer, in_reply_to, prediction_part(answer, verdict, send_ns, part));
+  }
+  if (fresh && answer.has_frame) latency_.add(monotonic_ns() - answer.receive_ns);
+}
+
+void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
+  const std::uint64_t now_ns = monotonic_ns();
+  const Verdict verdict = judge(simulation_.answer(), now_ns, staleness_);
+  protocol::Status status;
+  status.validity = verdict.validity;
+  status.reasons = verdict.reasons;
+  status.subscribers = static_cast<std::uint16_t>(peers_.subscriber_count());
+  status.uptime_ns = now_ns - started_ns_;
+  status.send_ns = now_ns;
+  status.latency_p50_ns = latency_.percentile_ns(0.5);
+  status.latency_p99_ns = latency_.percentile_ns(0.99);
+  status.latency_max_ns = latency_.max_ns();
+  status.step_p50_ns = step_time_.percentile_ns(0.5);
+  status.step_p99_ns = step_time_.percentile_ns(0.99);
+  status.step_max_ns = step_time_.max_ns();
+  status.tracker_rate_hz = tracker_rate_hz_();
+  status.step_rate_hz = step_rate_.rate_hz(now_ns);
+  for (std::size_t part = 0; part < status_part_count(); ++part) {
+    fill_status_counters(status, counters_, part);
+    sender_.send(peer, in_reply_to, status);
+  }
+}
+
+void ClientServer::on_published() {
+  if (simulation_.fetch_answer()) {
+    const std::uint64_t now_ns = monotonic_ns();
+    if (simulation_.answer().has_frame) {
+      step_time_.add(simulation_.answer().step_time_ns);
+      step_rate_.note(now_ns);
+    }
+    for (Peer& peer : peers_.all()) {
+      // A frame that comes a little early is not left to wait for the next: trackers jitter.
+      if (peer.grant && now_ns + peer.grant->period_ns / 4 >= peer.grant->due_ns) stream(peer, now_ns, true);
+    }
+  }
+  serve_mesh_wishes();
+}
+
+void ClientServer::stream(Peer& peer, std::uint64_t now_ns, bool fresh) {
+  Grant& grant = *peer.grant;
+  if (grant.what & protocol::kTargets) send_predictions(peer, 0, fresh);
+  if ((grant.what & protocol::kMesh) && !peer.mesh_wish) peer.mesh_wish = MeshWish{0, grant.precision};
+  grant.due_ns = std::max(grant.due_ns + grant.period_ns, now_ns);
+  grant.last_sent_ns = now_ns;
+}
+
+// Node positions are copied out only when somebody wants them, and all who wait get the same.
+void ClientServer::serve_mesh_wishes() {
+  if (bulk_.mesh_under_way()) return;
+  const auto peers = peers_.all();
+  if (std::none_of(peers.begin(), peers.end(), [](const Peer& peer) { return peer.mesh_wish.has_value(); })) return;
+  if (!simulation_.fetch_mesh()) {
+    if (!mesh_requested_) simulation_.request_mesh();
+    mesh_requested_ = true;
+    return;
+  }
+  mesh_requested_ = false;
+  for (Peer& peer : peers) {
+    if (!peer.mesh_wish) continue;
+    const MeshWish wish = *std::exchange(peer.mesh_wish, std::nullopt);
+    const bool single = wish.precision == protocol::Precision::float32;
+    bulk_.begin(peer, single ? BulkTransfers::Content::mesh_float32 : BulkTransfers::Content::mesh_float64,
+                wish.in_reply_to, &simulation_.mesh());
+  }
+}
+
+void ClientServer::start_ticking() {
+  if (ticking_) return;
+  ticking_ = true;
+  ticker_.expires_after(kTick);
+  ticker_.async_wait([this](const boost::system::error_code& error) {
+    ticking_ = false;
+    if (!error) tick();
+  });
+}
+
+// What time alone brings about for subscribers; without any the daemon sleeps until a datagram comes.
+void ClientServer::tick() {
+  const std::uint64_t now_ns = monotonic_ns();
+  for (Peer& peer : peers_.all()) {
+    if (peer.grant) tick(peer, now_ns);
+  }
+  serve_mesh_wishes();
+  if (peers_.subscriber_count() > 0) start_ticking();
+}
+
+void ClientServer::tick(Peer& peer, std::uint64_t now_ns) {
+  Grant& grant = *peer.grant;
+  if (now_ns >= grant.expires_ns) {
+    counters_.add(Count::leases_expired);
+    peers_.unsubscribe(peer);
+    return;
+  }
+  const Answer& answer = simulation_.answer();
+  const auto stale_ns = static_cast<std::uint64_t>(staleness_.stale_after.count());
+  const bool silent = !answer.has_frame || now_ns > answer.receive_ns + stale_ns;
+  const std::uint64_t held_period_ns =
+      grant.period_ns > 0 ? std::max(grant.period_ns, kShortestHeldPeriod_ns) : kHeldPeriod_ns;
+  const bool streams_answers = (grant.what & (protocol::kTargets | protocol::kMesh)) != 0;
+  if (silent && streams_answers && now_ns >= grant.last_sent_ns + held_period_ns) stream(peer, now_ns, false);
+  if ((grant.what & protocol::kStatus) && now_ns >= grant.status_due_ns) {
+    send_status(peer, 0);
+    grant.status_due_ns = now_ns + std::max(grant.period_ns, kShortestStatusPeriod_ns);
+  }
+}
+
+}  // namespace tissued::daemon

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/daemon_config.hpp"
+#include "core/scene.hpp"
+#include "daemon/bulk_transfers.hpp"
+#include "daemon/counters.hpp"
+#include "daemon/latency_window.hpp"
+#include "daemon/message_sender.hpp"
+#include "daemon/peer_table.hpp"
+#include "daemon/rate_meter.hpp"
+#include "daemon/simulation_thread.hpp"
+#include "protocol/client_messages.hpp"
+
+namespace tissued::daemon {
+
+/// Answers clients from the newest answer, and streams answers to subscribers as they are published. While the tracker
+/// is silent subscribers go on to get the last answer, with its growing age, at their rate (at most 100 a second; 10 a
+/// second where they asked for every frame). Status goes out at the subscriber's rate, at most 10 times a second.
+class ClientServer {
+ public:
+  /// Binds the socket; throws BindError. References must outlive this. tracker_rate_hz: of the frames received.
+  ClientServer(boost::asio::io_context& context, const config::DaemonConfig& config, const core::Scene& scene,
+               SimulationThread& simulation, Counters& counters, std::function<double()> tracker_rate_hz);
+
+  void start();
+  void close();
+  std::uint16_t port() const { return port_; }
+
+  /// The simulation has published something.
+  void on_published();
+
+  const LatencyWindow& latency() const { return latency_; }
+  const LatencyWindow& step_time() const { return step_time_; }
+
+ private:
+  void wait_readable();
+  void drain();
+  void serve(std::span<const std::uint8_t> bytes);
+  void refuse(Peer& peer, const protocol::DecodedMessage& request);
+  bool is_repeated(Peer& peer, const protocol::Header& header);
+
+  // One for each request; the last takes what is none.
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::Hello&);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryNames& request);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryTargets&);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryMesh& request);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryTopology& request);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryStatus&);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::Subscribe& request);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::Unsubscribe&);
+  template <typename NotARequest>
+  void handle(Peer& peer, std::uint32_t sequence, const NotARequest&);
+
+  void send_predictions(Peer& peer, std::uint32_t in_reply_to, bool fresh);
+  void send_status(Peer& peer, std::uint32_t in_reply_to);
+  void stream(Peer& peer, std::uint64_t now_ns, bool fresh);
+  void serve_mesh_wishes();
+
+  void start_ticking();
+  void tick();
+  void tick(Peer& peer, std::uint64_t now_ns);
+
+  boost::asio::io_context& context_;
+  boost::asio::ip::udp::socket socket_;
+  boost::asio::steady_timer ticker_;
+  std::uint16_t port_ = 0;
+  config::StalenessConfig staleness_;
+  std::uint64_t max_lease_ns_;
+  SimulationThread& simulation_;
+  Counters& counters_;
+  std::function<double()> tracker_rate_hz_;
+  PeerTable peers_;
+  MessageSender sender_;
+  BulkTransfers bulk_;
+  protocol::HelloReply hello_;
+  std::array<std::vector<protocol::Name>, 4> names_;  // by protocol::NameKind
+  LatencyWindow latency_;                             // ns, from receiving a frame to sending its predictions
+  LatencyWindow step_time_;                           // ns
+  RateMeter step_rate_;
+  std::uint64_t started_ns_;
+  bool ticking_ = false;
+  bool mesh_requested_ = false;
+  boost::asio::ip::udp::endpoint sender_endpoint_;
+  std::array<std::uint8_t, protocol::kMaxDatagram + 1> buffer_{};  // one more, to tell what is too long
+};
+
+}  // namespace tissued::daemon

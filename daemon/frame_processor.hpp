@@ -1,0 +1,79 @@
+#pragma once
+
+#include <vector>
+
+#include "config/daemon_config.hpp"
+#include "core/rest_calibration.hpp"
+#include "core/simulator.hpp"
+#include "daemon/answer.hpp"
+#include "daemon/counters.hpp"
+#include "daemon/frame_clock.hpp"
+#include "daemon/name_table.hpp"
+#include "daemon/pad_tracker.hpp"
+#include "daemon/rest_gate.hpp"
+#include "protocol/tracker_frame.hpp"
+
+namespace tissued::daemon {
+
+/// From one tracker frame to one answer: names to indices, tracker to tissue coordinates, rest calibration, measured
+/// dt, the simulator's step, and back. Neither sockets nor threads; after construction nothing allocates (but the
+/// simulator, when the tracker has changed its rate) and nothing throws.
+///
+/// Markers are fed with the offsets that the rest calibration has found, shrunk by their prior. Before any frame at
+/// rest was seen all offsets are zero: the bundle says where markers are, to its placement_sd. A marker that first
+/// appears once others have been calibrated is withheld until the tissue is at rest again, for its unknown offset would
+/// read as a deformation.
+class FrameProcessor {
+ public:
+  /// The simulator, made from config.bundle's scene and mesh, and the counters must outlive the processor.
+  /// Throws core::ModelError where the scene does not fit into a tracker frame or an Answer, or names are ambiguous.
+  FrameProcessor(core::Simulator& simulator, const config::DaemonConfig& config, Counters& counters);
+
+  /// Steps the simulator by one frame and writes what it knows then into `answer`, every field of it. Where the result
+  /// is not finite the answer is `previous` once more, with kDiverged.
+  void process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer) noexcept;
+
+  /// The answer before any frame: the targets at rest.
+  void rest_answer(Answer& answer) const noexcept;
+
+  /// Where the nodes are now, of the frame that `answer` is about.
+  void snapshot(const Answer& answer, MeshSnapshot& mesh) const noexcept;
+
+ private:
+  // What the tracker said about markers and targets in the frame at hand.
+  struct Seen {
+    std::vector<core::Vec3> markers;  // mm, tracker
+    std::vector<std::uint8_t> marker_seen;
+    std::array<std::optional<std::array<double, 3>>, kMaxTargets> truth;
+    std::uint16_t marker_count = 0;
+  };
+
+  void read_names(const protocol::TrackerFrame& frame);
+  void calibrate(double elapsed);
+  void observe(const FrameInterval& interval, bool whole);
+  void follow_rate();
+  std::uint16_t reasons_of(const core::StepReport& report, const protocol::TrackerFrame& frame,
+                           std::uint64_t step_time_ns) const;
+  bool write_estimates(Answer& answer) const noexcept;
+
+  bool registered() const { return !fit_ || calibration_.registration().determined; }
+  const core::RigidTransform& tissue_from_tracker() const { return calibration_.registration().tissue_from_tracker; }
+
+  core::Simulator& simulator_;
+  Counters& counters_;
+  NameTable names_;
+  FrameClock clock_;
+  PadTracker pads_;
+  RestGate rest_gate_;
+  core::RestCalibration calibration_;
+  bool fit_;          // the registration is found from markers at rest
+  int rest_frames_;   // averaged at most
+  bool closed_loop_;  // the simulator corrects itself by markers
+  Seen seen_;
+  core::Observation observation_;
+  int markers_fed_ = 0;
+  int pads_held_ = 0;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace tissued::daemon

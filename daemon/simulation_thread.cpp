@@ -1,0 +1,67 @@
+#include "daemon/simulation_thread.hpp"
+
+#include <pthread.h>
+
+#include <utility>
+
+namespace tissued::daemon {
+
+SimulationThread::SimulationThread(FrameProcessor& processor, int node_count, Counters& counters,
+                                   std::function<void()> on_published)
+    : processor_(processor), counters_(counters), on_published_(std::move(on_published)), meshes_(node_count) {
+  thread_ = std::thread([this] { run(); });
+  ::pthread_setname_np(thread_.native_handle(), "simulation");
+}
+
+void SimulationThread::stop() {
+  if (!thread_.joinable()) return;
+  stopping_.store(true, std::memory_order_release);
+  wake_up_.notify();
+  thread_.join();
+}
+
+void SimulationThread::submit(const protocol::TrackerFrame& frame) noexcept {
+  frames_.back() = frame;
+  if (frames_.publish()) counters_.add(Count::frames_skipped);
+  wake_up_.notify();
+}
+
+void SimulationThread::request_mesh() noexcept {
+  if (!mesh_requested_.exchange(true, std::memory_order_acq_rel)) wake_up_.notify();
+}
+
+void SimulationThread::run() noexcept {
+  processor_.rest_answer(newest_);
+  publish_answer();
+  for (;;) {
+    const auto ticket = wake_up_.ticket();
+    if (stopping_.load(std::memory_order_acquire)) return;
+    if (frames_.fetch()) {
+      step();
+    } else if (!mesh_requested_.load(std::memory_order_acquire)) {
+      wake_up_.wait(ticket);
+      continue;
+    }
+    if (mesh_requested_.exchange(false, std::memory_order_acq_rel)) publish_mesh();
+  }
+}
+
+void SimulationThread::step() noexcept {
+  previous_ = newest_;
+  processor_.process(frames_.front(), previous_, newest_);
+  publish_answer();
+}
+
+void SimulationThread::publish_answer() noexcept {
+  answers_.back() = newest_;
+  if (answers_.publish()) counters_.add(Count::answers_unseen);
+  on_published_();
+}
+
+void SimulationThread::publish_mesh() noexcept {
+  processor_.snapshot(newest_, meshes_.back());
+  meshes_.publish();
+  on_published_();
+}
+
+}  // namespace tissued::daemon

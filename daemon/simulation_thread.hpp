@@ -1,0 +1,63 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <thread>
+
+#include "daemon/answer.hpp"
+#include "daemon/counters.hpp"
+#include "daemon/frame_processor.hpp"
+#include "daemon/latest_value.hpp"
+#include "daemon/wake_up.hpp"
+#include "protocol/tracker_frame.hpp"
+
+namespace tissued::daemon {
+
+/// Steps the simulator on a thread of its own: sleeps until a tracker frame or a request is there, takes the newest
+/// frame, publishes the answer, and tells the I/O thread. All hand-overs are wait-free; the I/O thread is the writer of
+/// frames and the only reader of answers and mesh.
+class SimulationThread {
+ public:
+  /// Starts the thread, which publishes the answer at rest first. on_published is called there whenever an answer or a
+  /// mesh has been published: it must neither block nor throw. processor and counters must outlive this.
+  SimulationThread(FrameProcessor& processor, int node_count, Counters& counters, std::function<void()> on_published);
+  /// Ends the thread after the step at hand.
+  ~SimulationThread() { stop(); }
+  SimulationThread(const SimulationThread&) = delete;
+  SimulationThread& operator=(const SimulationThread&) = delete;
+
+  void stop();
+
+  /// I/O thread: hands on a frame; one that was not taken yet is counted as skipped.
+  void submit(const protocol::TrackerFrame& frame) noexcept;
+  /// I/O thread: asks for one mesh, of the state after the step at hand.
+  void request_mesh() noexcept;
+
+  /// I/O thread: whether there is a newer answer, which answer() returns from then on.
+  bool fetch_answer() noexcept { return answers_.fetch(); }
+  const Answer& answer() const { return answers_.front(); }
+  bool fetch_mesh() noexcept { return meshes_.fetch(); }
+  const MeshSnapshot& mesh() const { return meshes_.front(); }
+
+ private:
+  void run() noexcept;
+  void step() noexcept;
+  void publish_answer() noexcept;
+  void publish_mesh() noexcept;
+
+  FrameProcessor& processor_;
+  Counters& counters_;
+  std::function<void()> on_published_;
+  LatestValue<protocol::TrackerFrame> frames_;
+  LatestValue<Answer> answers_;
+  LatestValue<MeshSnapshot> meshes_;
+  WakeUp wake_up_;
+  std::atomic<bool> mesh_requested_{false};
+  std::atomic<bool> stopping_{false};
+  Answer newest_;    // the simulation thread's own
+  Answer previous_;  // the same, one step earlier
+  std::thread thread_;
+};
+
+}  // namespace tissued::daemon

@@ -1,0 +1,41 @@
+#include "daemon/start_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "daemon/version.hpp"
+
+namespace tissued::daemon {
+
+void declare_options(CLI::App& app, StartOptions& options) {
+  app.set_version_flag("--version", std::string("tissued ") + kVersion);
+  auto* source = app.add_option_group("source", "What to simulate");
+  source->add_option("file,--config", options.config_file, "Configuration, JSON (see --print-schema)")
+      ->type_name("FILE");
+  source->add_option("--bundle", options.bundle_folder, "Bundle folder; everything else at its default")
+      ->type_name("DIR");
+  source->add_flag("--print-schema", options.print_schema, "Print the configuration's JSON Schema and exit");
+  source->require_option(1);
+  app.add_option("--set", options.overrides,
+                 "Override a key of the configuration, e.g. material.poissons_ratio=0.42; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+  app.add_flag("--check", options.check, "Read and build everything, say so in one line, and exit");
+  app.add_option("--tracker-port", options.tracker_port, "UDP port of the tracker's packets; 0: any free one");
+  app.add_option("--client-port", options.client_port, "UDP port of the clients; 0: any free one");
+  app.add_option("--log-level", options.log_level, "What goes to stderr")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}));
+}
+
+config::DaemonConfig load_config(const StartOptions& options) {
+  std::vector<std::string> overrides = options.overrides;
+  if (!options.log_level.empty()) overrides.push_back("log.level=" + options.log_level);
+  config::DaemonConfig config = options.bundle_folder.empty()
+                                    ? config::load_daemon_config(options.config_file, overrides)
+                                    : config::config_for_bundle(options.bundle_folder, overrides);
+  if (options.tracker_port) config.tracker.port = *options.tracker_port;
+  if (options.client_port) config.clients.port = *options.client_port;
+  return config;
+}
+
+}  // namespace tissued::daemon

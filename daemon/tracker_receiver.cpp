@@ -1,0 +1,128 @@
+#include "daemon/tracker_receiver.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "daemon/bound_socket.hpp"
+#include "daemon/monotonic_clock.hpp"
+#include "daemon/name_table.hpp"
+#include "daemon/stamped_receive.hpp"
+
+namespace tissued::daemon {
+
+namespace {
+
+using boost::asio::ip::udp;
+
+// So many datagrams at most before clients have their turn again: a flood must not silence the daemon.
+constexpr int kMaxDrain = 1024;
+
+protocol::FrameAssemblerConfig assembler_config(const config::DaemonConfig& config) {
+  protocol::FrameAssemblerConfig result;
+  result.deadline_ns = static_cast<std::uint64_t>(config.tracker.frame_deadline.count());
+  for (const auto& marker : config.bundle.scene.markers) result.markers.push_back(wire_name(marker.name));
+  for (const auto& name : config.unused_markers) result.markers.push_back(wire_name(name));
+  return result;
+}
+
+}  // namespace
+
+TrackerReceiver::TrackerReceiver(boost::asio::io_context& context, const config::DaemonConfig& config,
+                                 Counters& counters, OnFrame on_frame)
+    : socket_(bind_udp(context, "tracker", config.tracker.address, config.tracker.port)),
+      deadline_(context),
+      port_(socket_.local_endpoint().port()),
+      counters_(counters),
+      on_frame_(std::move(on_frame)),
+      assembler_(assembler_config(config)),
+      subject_prefix_(config.tracker.subject.empty() ? "" : config.tracker.subject + ":") {
+  stamp_arrivals(socket_.native_handle());
+}
+
+void TrackerReceiver::start() { wait_readable(); }
+
+void TrackerReceiver::close() {
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  deadline_.cancel();
+}
+
+void TrackerReceiver::wait_readable() {
+  socket_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
+    if (error) return;
+    drain();
+    wait_readable();
+  });
+}
+
+void TrackerReceiver::drain() {
+  for (int i = 0; i < kMaxDrain; ++i) {
+    const auto received = receive_stamped(socket_.native_handle(), buffer_);
+    if (!received) break;
+    counters_.add(Count::tracker_datagrams);
+    if (received->drops) counters_.set(Count::kernel_drops, *received->drops);
+    // Stamps come by way of the wall clock; the assembler relies on a clock that does not go back.
+    newest_receive_ns_ = std::max(newest_receive_ns_, received->receive_ns);
+    take(std::span(buffer_).first(received->size), newest_receive_ns_);
+  }
+  hand_on();
+}
+
+void TrackerReceiver::take(std::span<const std::uint8_t> bytes, std::uint64_t receive_ns) {
+  const auto refusal = protocol::decode_tracker_datagram(bytes, datagram_);
+  counters_.add(refusal);
+  if (refusal != protocol::TrackerRefusal::none) return;
+  if (datagram_.skipped_items > 0) counters_.add(Count::unknown_items, datagram_.skipped_items);
+  if (!subject_prefix_.empty()) {
+    for (auto& object : datagram_.objects) strip_subject(object.name);
+    for (auto& marker : datagram_.markers) strip_subject(marker.name);
+    for (auto& force : datagram_.forces) strip_subject(force.name);
+    for (auto& truth : datagram_.truth) strip_subject(truth.name);
+  }
+  keep_newest(assembler_.add(datagram_, receive_ns));
+}
+
+void TrackerReceiver::keep_newest(std::span<const protocol::TrackerFrame> frames) {
+  for (const auto& frame : frames) {
+    rate_.note(frame.receive_ns);
+    if (newest_) counters_.add(Count::frames_skipped);
+    newest_ = frame;
+  }
+}
+
+void TrackerReceiver::hand_on() {
+  for (std::size_t i = 0; i < protocol::kAssemblerEventCount; ++i) {
+    const auto event = static_cast<protocol::AssemblerEvent>(i);
+    counters_.set(event, assembler_.count(event));
+  }
+  if (newest_) {
+    on_frame_(*newest_);
+    newest_.reset();
+  }
+  watch_deadline();
+}
+
+// A frame whose last datagram does not come is handed on when its time is up. The timer is left to run when the frame
+// is completed before: re-arming it for every frame would cost more than a wake-up that finds nothing.
+void TrackerReceiver::watch_deadline() {
+  const auto due_ns = assembler_.due_ns();
+  if (!due_ns || deadline_armed_) return;
+  deadline_armed_ = true;
+  deadline_.expires_at(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(*due_ns)));
+  deadline_.async_wait([this](const boost::system::error_code& error) {
+    deadline_armed_ = false;
+    if (error) return;
+    drain();  // what came in the meantime may be what is missing
+    keep_newest(assembler_.flush_if_due(monotonic_ns()));
+    hand_on();
+  });
+}
+
+void TrackerReceiver::strip_subject(protocol::Name& name) const {
+  const auto text = name.view();
+  if (!text.starts_with(subject_prefix_)) return;
+  if (const auto bare = protocol::Name::from(text.substr(subject_prefix_.size()))) name = *bare;
+}
+
+}  // namespace tissued::daemon

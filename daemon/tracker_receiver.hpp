@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "config/daemon_config.hpp"
+#include "daemon/counters.hpp"
+#include "daemon/rate_meter.hpp"
+#include "protocol/frame_assembler.hpp"
+#include "protocol/vicon_stream.hpp"
+
+namespace tissued::daemon {
+
+/// Takes tracker datagrams off their socket, decodes them and joins them to frames. Whenever the socket is readable all
+/// that waits there is taken, and only the newest frame handed on; older ones are counted as skipped.
+class TrackerReceiver {
+ public:
+  using OnFrame = std::function<void(const protocol::TrackerFrame&)>;
+
+  /// Binds the socket; throws BindError. on_frame is called on the context's thread, from start() on.
+  TrackerReceiver(boost::asio::io_context& context, const config::DaemonConfig& config, Counters& counters,
+                  OnFrame on_frame);
+
+  void start();
+  void close();
+  std::uint16_t port() const { return port_; }
+  /// Frames received in the last second, skipped ones too.
+  double rate_hz(std::uint64_t now_ns) const { return rate_.rate_hz(now_ns); }
+
+ private:
+  void wait_readable();
+  void drain();
+  void take(std::span<const std::uint8_t> bytes, std::uint64_t receive_ns);
+  void keep_newest(std::span<const protocol::TrackerFrame> frames);
+  void hand_on();
+  void watch_deadline();
+  void strip_subject(protocol::Name& name) const;
+
+  boost::asio::ip::udp::socket socket_;
+  boost::asio::steady_timer deadline_;
+  std::uint16_t port_ = 0;
+  Counters& counters_;
+  OnFrame on_frame_;
+  protocol::FrameAssembler assembler_;
+  std::string subject_prefix_;  // `phantom:`; empty where there is no subject
+  RateMeter rate_;
+  bool deadline_armed_ = false;
+  std::uint64_t newest_receive_ns_ = 0;
+  std::optional<protocol::TrackerFrame> newest_;  // complete, not handed on yet
+  protocol::TrackerDatagram datagram_;
+  std::array<std::uint8_t, protocol::kMaxTrackerDatagram + 1> buffer_{};  // one more, to tell what is too long
+};
+
+}  // namespace tissued::daemon
