@@ -109,10 +109,12 @@ TEST_CASE("without stamps a frame waits for every expected name") {
 }
 
 TEST_CASE("every frame waits for the names anew") {
-  Stream stream({.markers = {name("M1")}, .objects = {name("A1")}});
-  for (std::uint32_t frame = 1; frame < 4; ++frame) {
-    CHECK(stream.add(plain(frame, {"M1"})).empty());
-    CHECK(stream.add(plain(frame, {"A1"})) == Numbers{frame});
+  for (const auto& order : {std::vector<std::string>{"M1", "A1"}, {"A1", "M1"}}) {
+    Stream stream({.markers = {name("M1")}, .objects = {name("A1")}});
+    for (std::uint32_t frame = 1; frame < 4; ++frame) {
+      CHECK(stream.add(plain(frame, {order[0]})).empty());
+      CHECK(stream.add(plain(frame, {order[1]})) == Numbers{frame});
+    }
   }
 }
 
