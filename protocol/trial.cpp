@@ -30,7 +30,7 @@ std::string Trial::full_label(std::size_t label) const {
 
 void Trial::add_label(std::string_view full) {
   const std::size_t colon = full.find(':');
-  const bool split = colon != std::string_view::npos;
+  const bool split = colon != std::string_view::npos && colon > 0;
   subjects.emplace_back(split ? full.substr(0, colon) : std::string_view{});
   labels.emplace_back(split ? full.substr(colon + 1) : full);
 }

@@ -49,7 +49,7 @@ struct Trial {
 
   /// `subject:label`, or the label alone where there is no subject.
   std::string full_label(std::size_t label) const;
-  /// Splits `subject:label` and appends both parts.
+  /// Splits `subject:label` at the first colon and appends both parts; without a subject it is all label.
   void add_label(std::string_view full);
 };
 

@@ -140,6 +140,23 @@ class C3dFile {
   std::string data_;
 };
 
+// Two points in three frames of float numbers, with a gap, and five analog values a frame.
+inline C3dFile small_c3d_file(Machine machine) {
+  C3dFile file(machine);
+  file.points = 2;
+  file.analog_per_frame = 5;
+  file.first_frame = 11;
+  file.last_frame = 13;
+  file.usual_parameters({"body:one", "two"});
+  for (int frame = 0; frame < 3; ++frame) {
+    const auto f = static_cast<float>(frame);
+    file.point(1.0F + f, -2.5F, 0.03125F, 32519.0F);
+    file.point(7.0F, 8.0F, 9.0F + f, frame == 1 ? -1.0F : 0.0F);
+    for (int i = 0; i < 5; ++i) file.analog(1e6F);
+  }
+  return file;
+}
+
 inline std::span<const std::byte> as_bytes(const std::string& content) { return std::as_bytes(std::span(content)); }
 
 }  // namespace tissued::tests

@@ -17,26 +17,9 @@ using Vector = std::array<double, 3>;
 
 namespace {
 
-// Two points in three frames of float numbers, with a gap, and five analog values a frame.
-C3dFile float_file(Machine machine) {
-  C3dFile file(machine);
-  file.points = 2;
-  file.analog_per_frame = 5;
-  file.first_frame = 11;
-  file.last_frame = 13;
-  file.usual_parameters({"body:one", "two"});
-  for (int frame = 0; frame < 3; ++frame) {
-    const auto f = static_cast<float>(frame);
-    file.point(1.0F + f, -2.5F, 0.03125F, 32519.0F);
-    file.point(7.0F, 8.0F, 9.0F + f, frame == 1 ? -1.0F : 0.0F);
-    for (int i = 0; i < 5; ++i) file.analog(1e6F);
-  }
-  return file;
-}
-
 Trial parse(const std::string& content) { return parse_c3d(as_bytes(content), "a.c3d"); }
 
-void check_float_file(const Trial& trial) {
+void check_small_file(const Trial& trial) {
   CHECK(trial.rate_hz == 100.0);
   CHECK(trial.first_frame == 11);
   CHECK(trial.frame_count == 3);
@@ -70,7 +53,7 @@ struct Refusal {
 TEST_CASE("float points of every machine") {
   for (const Machine machine : {Machine::intel, Machine::dec, Machine::mips}) {
     INFO("machine " << static_cast<int>(machine));
-    check_float_file(parse(float_file(machine).content()));
+    check_small_file(parse(small_c3d_file(machine).content()));
   }
 }
 
@@ -204,7 +187,7 @@ TEST_CASE("takes above 65535 frames") {
 
 TEST_CASE("a bad C3D file is refused with its reason") {
   const auto with = [](auto change) {
-    C3dFile file = float_file(Machine::intel);
+    C3dFile file = small_c3d_file(Machine::intel);
     change(file);
     return file;
   };
@@ -245,26 +228,26 @@ TEST_CASE("a bad C3D file is refused with its reason") {
   twins.usual_parameters({"one", "one"});
   CHECK_THROWS_WITH(parse(twins.content()), "a.c3d: two points are called 'one'");
 
-  std::string other = float_file(Machine::intel).content();
+  std::string other = small_c3d_file(Machine::intel).content();
   other[1] = 'P' + 1;
   CHECK_THROWS_WITH(parse(other), Contains("byte 1: not a C3D file"));
-  other = float_file(Machine::intel).content();
+  other = small_c3d_file(Machine::intel).content();
   other[0] = 1;
   CHECK_THROWS_WITH(parse(other), Contains("byte 0: the parameters cannot start in block 1"));
-  other = float_file(Machine::intel).content();
+  other = small_c3d_file(Machine::intel).content();
   other[16] = 1;
   CHECK_THROWS_WITH(parse(other), Contains("byte 16: the data cannot start in block 1"));
 }
 
 TEST_CASE("every truncation of a C3D file is refused") {
-  const std::string content = float_file(Machine::intel).content();
+  const std::string content = small_c3d_file(Machine::intel).content();
   for (std::size_t length = 0; length < content.size(); ++length) {
     CHECK_THROWS_AS(parse(content.substr(0, length)), TrialError);
   }
 }
 
 TEST_CASE("any byte of a C3D file may be wrong") {
-  const std::string content = float_file(Machine::intel).content();
+  const std::string content = small_c3d_file(Machine::intel).content();
   for (std::size_t at = 0; at < content.size(); ++at) {
     for (const int byte : {0x00, 0x01, 0x7F, 0x80, 0xFF, 0x54, 0x56}) {
       std::string corrupt = content;
@@ -283,7 +266,7 @@ TEST_CASE("any byte of a C3D file may be wrong") {
 }
 
 TEST_CASE("what is written as C3D reads back, rounded to float") {
-  Trial trial = parse(float_file(Machine::intel).content());
+  Trial trial = parse(small_c3d_file(Machine::intel).content());
   trial.positions[0] = {1.0 / 3.0, -1e-17, 12345.678901234567};
   const ScratchFolder folder;
   write_c3d(trial, folder / "b.c3d");
@@ -329,7 +312,7 @@ TEST_CASE("many points and many frames survive writing") {
 }
 
 TEST_CASE("what C3D cannot hold is not written") {
-  const Trial good = parse(float_file(Machine::intel).content());
+  const Trial good = parse(small_c3d_file(Machine::intel).content());
   Trial trial = good;
   trial.labels[0] = std::string(128, 'x');
   CHECK_THROWS_AS(format_c3d(trial), std::invalid_argument);
