@@ -1,5 +1,6 @@
 #include "protocol/displacement_csv.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
