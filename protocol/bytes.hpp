@@ -28,7 +28,6 @@ class ByteReader {
   bool ok() const { return ok_; }
   // False once a float32 or float64 read was NaN or infinite.
   bool finite() const { return finite_; }
-  std::size_t position() const { return position_; }
   std::size_t remaining() const { return bytes_.size() - position_; }
 
  private:
@@ -69,7 +68,6 @@ class ByteWriter {
   bool finite() const { return finite_; }
   std::size_t size() const { return size_; }
   std::size_t remaining() const { return buffer_.size() - size_; }
-  std::span<const std::uint8_t> written() const { return buffer_.first(size_); }
 
  private:
   // Room for `count` more bytes, or an empty span and ok() == false.

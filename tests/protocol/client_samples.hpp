@@ -5,8 +5,8 @@
 
 #include "protocol/client_messages.hpp"
 
-// One message of every type, each field with a value of its own. tests/protocol/wire_peer.py packs the same ones, in the
-// same order, from the byte tables of protocol/README.md.
+// One message of every type, each field with a value of its own. tests/protocol/wire_peer.py packs the same ones, in
+// the same order, from the byte tables of protocol/README.md.
 
 namespace tissued::protocol {
 
