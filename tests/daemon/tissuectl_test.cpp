@@ -1,0 +1,162 @@
+// The program itself, as a user or a script starts it.
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "tests/daemon/fake_daemon.hpp"
+#include "tests/daemon/temporary_folder.hpp"
+
+using namespace tissued;
+using namespace tissued::daemon;
+
+namespace {
+
+const std::string kDemo = TISSUED_SOURCE_DIR "/config/demo";
+
+struct Outcome {
+  int code;
+  std::string out;
+  std::string err;
+};
+
+std::string content(const std::filesystem::path& file) {
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+Outcome run(const std::string& arguments) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() / "out", err = folder.path() / "err";
+  const std::string command = std::string(TISSUECTL_PROGRAM) + " " + arguments + " >" + out + " 2>" + err;
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(out), content(err)};
+}
+
+Endpoint nobody() {
+  const FakeDaemon daemon({});
+  return daemon.clients();
+}
+
+}  // namespace
+
+TEST_CASE("Help is no error") {
+  for (const char* command : {"", "play ", "track ", "query ", "watch ", "solve "}) {
+    const Outcome outcome = run(std::string(command) + "--help");
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.empty());
+    CHECK_THAT(outcome.out, Catch::Contains("Usage:"));
+  }
+}
+
+TEST_CASE("Wrong usage ends with 2 and one line") {
+  for (const std::string& arguments :
+       {std::string(""), std::string("fly"), std::string("query everything"), std::string("query targets --from here"),
+        std::string("query targets --out x.vtu"), std::string("watch --seconds -1"), std::string("track"),
+        "track " + kDemo + " --loss 2", "track " + kDemo + " --pattern sideways", "solve " + kDemo + " --model magic",
+        "solve " + kDemo + " --push A1", "solve " + kDemo + " --push A1=far", "solve " + kDemo + " --push A1=1,A1=2",
+        "solve " + kDemo + " --push A99=1", "solve " + kDemo + " --gravity 1,2", "solve " + kDemo + " --out mesh.obj",
+        "play " + kDemo + " no-such-trial", "play " + kDemo}) {
+    const Outcome outcome = run(arguments);
+    INFO(arguments << ": " << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.out.empty());
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  }
+}
+
+TEST_CASE("What fails at run time ends with 1 and one line") {
+  const std::string dead = to_string(nobody());
+  for (const std::string& arguments :
+       {"query targets --from " + dead, "watch --seconds 0.5 --from " + dead, std::string("solve /no/such/bundle"),
+        "solve " + kDemo + " --set material.poissons_ratio=0.7", "solve " + kDemo + " --mesh /no/such/mesh.msh",
+        "track " + kDemo + " --seconds 0.1 --to no-such-host.invalid:5"}) {
+    const Outcome outcome = run(arguments);
+    INFO(arguments << ": " << outcome.err);
+    CHECK(outcome.code == 1);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  }
+}
+
+TEST_CASE("query prints what the daemon says") {
+  FakeDaemonScript script;
+  script.nodes = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {0, 0, 12.5}};
+  script.tets = {{0, 1, 2, 3}};
+  const FakeDaemon daemon(script);
+  const std::string from = " --from " + to_string(daemon.clients());
+  CHECK_THAT(run("query hello" + from).out, Catch::Contains("9.9.9"));
+  CHECK(nlohmann::json::parse(run("query hello --json" + from).out)["targets"] == nlohmann::json({"T1", "T2"}));
+  CHECK(nlohmann::json::parse(run("query status --json" + from).out)["counters"]["frames"] == 100);
+  CHECK(nlohmann::json::parse(run("query targets --json" + from).out)["validity"] == "no_data");
+  const nlohmann::json mesh = nlohmann::json::parse(run("query mesh --json" + from).out);
+  CHECK(mesh["nodes_mm"][3][2] == 12.5);
+  CHECK(mesh["tetrahedra"] == nlohmann::json({{0, 1, 2, 3}}));
+  const TemporaryFolder folder;
+  CHECK(run("query mesh --out " + (folder.path() / "now.vtu").string() + from).code == 0);
+  CHECK_THAT(content(folder.path() / "now.vtu"), Catch::Contains("UnstructuredGrid") && Catch::Contains("12.5"));
+}
+
+TEST_CASE("track sends the same frames again for the same seed") {
+  std::vector<protocol::TrackerFrame> frames[2];
+  for (auto& received : frames) {
+    const FakeDaemon daemon({});
+    const Outcome outcome =
+        run("track " + kDemo + " --seconds 0.4 --rate 50 --dropout 0.3 --json --to " + to_string(daemon.tracker()));
+    REQUIRE(outcome.code == 0);
+    CHECK(nlohmann::json::parse(outcome.out)["frames"] == 20);
+    received = daemon.frames();
+    CHECK(daemon.refused() == 0);
+  }
+  REQUIRE(frames[0].size() == 20);
+  REQUIRE(frames[1].size() == 20);
+  for (std::size_t f = 0; f < 20; ++f) {
+    REQUIRE(frames[0][f].markers.size() == frames[1][f].markers.size());
+    CHECK(frames[0][f].stamp_ns == frames[1][f].stamp_ns);
+    for (std::size_t m = 0; m < frames[0][f].markers.size(); ++m) {
+      CHECK(frames[0][f].markers[m].position == frames[1][f].markers[m].position);
+      CHECK(frames[0][f].markers[m].occluded == frames[1][f].markers[m].occluded);
+    }
+  }
+}
+
+TEST_CASE("watch follows a stream and sums it up") {
+  const FakeDaemon daemon({});
+  const std::string tracker = std::string(TISSUECTL_PROGRAM) + " track " + kDemo + " --seconds 2 --to " +
+                              to_string(daemon.tracker()) + " >/dev/null &";
+  REQUIRE(std::system(tracker.c_str()) == 0);
+  const Outcome outcome = run("watch --json --seconds 2.2 --from " + to_string(daemon.clients()));
+  REQUIRE(outcome.code == 0);
+  std::istringstream lines(outcome.out);
+  nlohmann::json last;
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) last = nlohmann::json::parse(line);
+  CHECK(count == 4);  // at 1, 2 and 2.2 s, and the summary
+  CHECK(last["summary"]["frames"].get<int>() > 50);
+  CHECK(last["summary"]["targets"]["T1"]["mean_error_mm"].get<double>() == Approx(0.5));
+  CHECK(last["summary"]["targets"]["T1"]["max_error_mm"].get<double>() == Approx(0.5));
+}
+
+TEST_CASE("solve writes what it found, also when it has not converged") {
+  const TemporaryFolder folder;
+  const std::string csv = folder.path() / "nodes.csv", curve = folder.path() / "curve.csv";
+  const Outcome stopped = run("solve " + kDemo + " --push A1=10 --max-iterations 2 --out " + csv);
+  CHECK(stopped.code == 1);
+  CHECK_THAT(stopped.err, Catch::Contains("not converged"));
+  CHECK_THAT(content(csv), Catch::StartsWith("x,y,z,ux,uy,uz\n"));
+
+  const Outcome solved = run("solve " + kDemo + " --push A1=10 --json --out " + csv + " --curve " + curve);
+  REQUIRE(solved.code == 0);
+  const nlohmann::json json = nlohmann::json::parse(solved.out);
+  CHECK(json["converged"] == true);
+  CHECK(json["residual_mm"].get<double>() < 1e-6);
+  CHECK(json["pads"]["A1"]["force_N"][0].get<double>() < -0.5);  // it pushes towards -x
+  const std::string iterations = content(curve);
+  CHECK_THAT(iterations, Catch::StartsWith("iteration,load,residual_mm\n"));
+  CHECK(std::count(iterations.begin(), iterations.end(), '\n') == json["iterations"].get<int>() + 1);
+}
