@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/post.hpp>
 #include <chrono>
 #include <random>
 #include <utility>
@@ -66,8 +65,7 @@ protocol::HelloReply introduce(const config::DaemonConfig& config, const core::S
 ClientServer::ClientServer(boost::asio::io_context& context, const config::DaemonConfig& config,
                            const core::Scene& scene, SimulationThread& simulation, Counters& counters,
                            std::function<double()> tracker_rate_hz)
-    : context_(context),
-      socket_(bind_udp(context, "clients", config.clients.address, config.clients.port)),
+    : socket_(bind_udp(context, "clients", config.clients.address, config.clients.port)),
       ticker_(context),
       port_(socket_.local_endpoint().port()),
       staleness_(config.staleness),
@@ -77,8 +75,7 @@ ClientServer::ClientServer(boost::asio::io_context& context, const config::Daemo
       tracker_rate_hz_(std::move(tracker_rate_hz)),
       peers_(static_cast<std::size_t>(config.clients.max_subscribers)),
       sender_(socket_, std::random_device{}(), counters),
-      bulk_(context, scene, peers_, sender_, counters,
-            [this] { boost::asio::post(context_, [this] { serve_mesh_wishes(); }); }),
+      bulk_(context, scene, peers_, sender_, counters, [this] { serve_mesh_wishes(); }),
       hello_(introduce(config, scene)),
       started_ns_(monotonic_ns()) {
   names_[place_of(NameKind::target)] = names_of(scene.targets);
@@ -292,7 +289,7 @@ void ClientServer::stream(Peer& peer, std::uint64_t now_ns, bool fresh) {
 
 // Node positions are copied out only when somebody wants them, and all who wait get the same.
 void ClientServer::serve_mesh_wishes() {
-  if (bulk_.mesh_under_way()) return;
+  if (bulk_.mesh_under_way() || serving_mesh_wishes_) return;
   const auto peers = peers_.all();
   if (std::none_of(peers.begin(), peers.end(), [](const Peer& peer) { return peer.mesh_wish.has_value(); })) return;
   if (!simulation_.fetch_mesh()) {
@@ -301,6 +298,7 @@ void ClientServer::serve_mesh_wishes() {
     return;
   }
   mesh_requested_ = false;
+  serving_mesh_wishes_ = true;  // a mesh that is sent at once calls back here
   for (Peer& peer : peers) {
     if (!peer.mesh_wish) continue;
     const MeshWish wish = *std::exchange(peer.mesh_wish, std::nullopt);
@@ -308,6 +306,7 @@ void ClientServer::serve_mesh_wishes() {
     bulk_.begin(peer, single ? BulkTransfers::Content::mesh_float32 : BulkTransfers::Content::mesh_float64,
                 wish.in_reply_to, &simulation_.mesh());
   }
+  serving_mesh_wishes_ = false;
 }
 
 void ClientServer::start_ticking() {

@@ -70,7 +70,6 @@ class ClientServer {
   void tick();
   void tick(Peer& peer, std::uint64_t now_ns);
 
-  boost::asio::io_context& context_;
   boost::asio::ip::udp::socket socket_;
   boost::asio::steady_timer ticker_;
   std::uint16_t port_ = 0;
@@ -90,6 +89,7 @@ class ClientServer {
   std::uint64_t started_ns_;
   bool ticking_ = false;
   bool mesh_requested_ = false;
+  bool serving_mesh_wishes_ = false;
   boost::asio::ip::udp::endpoint sender_endpoint_;
   std::array<std::uint8_t, protocol::kMaxDatagram + 1> buffer_{};  // one more, to tell what is too long
 };

@@ -9,6 +9,11 @@ namespace tissued::daemon {
 SimulationThread::SimulationThread(FrameProcessor& processor, int node_count, Counters& counters,
                                    std::function<void()> on_published)
     : processor_(processor), counters_(counters), on_published_(std::move(on_published)), meshes_(node_count) {
+  // The answer at rest is there from the start; the thread is not yet, so that both ends of the slot are ours.
+  processor_.rest_answer(newest_);
+  answers_.back() = newest_;
+  answers_.publish();
+  answers_.fetch();
   thread_ = std::thread([this] { run(); });
   ::pthread_setname_np(thread_.native_handle(), "simulation");
 }
@@ -31,8 +36,6 @@ void SimulationThread::request_mesh() noexcept {
 }
 
 void SimulationThread::run() noexcept {
-  processor_.rest_answer(newest_);
-  publish_answer();
   for (;;) {
     const auto ticket = wake_up_.ticket();
     if (stopping_.load(std::memory_order_acquire)) return;

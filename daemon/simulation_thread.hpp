@@ -19,8 +19,9 @@ namespace tissued::daemon {
 /// frames and the only reader of answers and mesh.
 class SimulationThread {
  public:
-  /// Starts the thread, which publishes the answer at rest first. on_published is called there whenever an answer or a
-  /// mesh has been published: it must neither block nor throw. processor and counters must outlive this.
+  /// Starts the thread; answer() is the one at rest until a frame has been stepped. on_published is called there
+  /// whenever an answer or a mesh has been published: it must neither block nor throw. processor and counters must
+  /// outlive this.
   SimulationThread(FrameProcessor& processor, int node_count, Counters& counters, std::function<void()> on_published);
   /// Ends the thread after the step at hand.
   ~SimulationThread() { stop(); }
