@@ -15,7 +15,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::chrono::nanoseconds from_seconds(double seconds) { return std::chrono::nanoseconds(std::llround(seconds * 1e9)); }
+using Milliseconds = std::chrono::duration<double, std::milli>;
+using Seconds = std::chrono::duration<double>;
+
+// A duration that the document gives as a number of `Unit`.
+template <typename Unit>
+Unit duration(const Document& document, const std::string& key, Unit fallback) {
+  return Unit(document.value(key, fallback.count()));
+}
+
+std::chrono::nanoseconds to_nanoseconds(Seconds seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds.count() * 1e9));
+}
 
 std::string read_address(const Document& document, const std::string& key, const std::string& fallback) {
   const std::string address = document.value(key, fallback);
@@ -31,14 +42,15 @@ TrackerConfig read_tracker(const Document& document, const Bundle& bundle) {
   tracker.address = read_address(document, "/tracker/address", tracker.address);
   tracker.port = document.value("/tracker/port", tracker.port);
   tracker.subject = document.value("/tracker/subject", bundle.subject);
-  const double period_ms = 1e3 / bundle.scene.rate;
-  const double deadline_ms = document.value("/tracker/frame_deadline_ms", std::min(4.0, 0.5 * period_ms));
-  if (deadline_ms >= period_ms) {
-    document.refuse(
-        JsonPointer("/tracker/frame_deadline_ms"),
-        quoted(Json(deadline_ms)) + " is not below the frame period of the bundle, " + quoted(Json(period_ms)));
+  const Milliseconds period(1e3 / bundle.scene.rate);
+  const auto usual = std::min<Milliseconds>(tracker.frame_deadline, 0.5 * period);
+  const auto deadline = duration(document, "/tracker/frame_deadline_ms", usual);
+  if (deadline >= period) {
+    document.refuse(JsonPointer("/tracker/frame_deadline_ms"), quoted(Json(deadline.count())) +
+                                                                   " is not below the frame period of the bundle, " +
+                                                                   quoted(Json(period.count())));
   }
-  tracker.frame_deadline = from_seconds(deadline_ms * 1e-3);
+  tracker.frame_deadline = to_nanoseconds(deadline);
   return tracker;
 }
 
@@ -47,7 +59,7 @@ ClientsConfig read_clients(const Document& document) {
   clients.address = read_address(document, "/clients/address", clients.address);
   clients.port = document.value("/clients/port", clients.port);
   clients.max_subscribers = document.value("/clients/max_subscribers", clients.max_subscribers);
-  clients.lease = from_seconds(document.value("/clients/lease_s", 10.0));
+  clients.lease = to_nanoseconds(duration<Seconds>(document, "/clients/lease_s", clients.lease));
   return clients;
 }
 
@@ -79,13 +91,15 @@ RegistrationConfig read_registration(const Document& document, const Bundle& bun
 }
 
 StalenessConfig read_staleness(const Document& document) {
-  const double stale_ms = document.value("/staleness/stale_after_ms", 100.0);
-  const double lost_ms = document.value("/staleness/lost_after_ms", std::max(1000.0, stale_ms));
-  if (lost_ms < stale_ms) {
+  StalenessConfig staleness;
+  const auto stale = duration<Milliseconds>(document, "/staleness/stale_after_ms", staleness.stale_after);
+  const auto usual = std::max<Milliseconds>(staleness.lost_after, stale);
+  const auto lost = duration(document, "/staleness/lost_after_ms", usual);
+  if (lost < stale) {
     document.refuse(JsonPointer("/staleness/lost_after_ms"),
-                    quoted(Json(lost_ms)) + " is below stale_after_ms " + quoted(Json(stale_ms)));
+                    quoted(Json(lost.count())) + " is below stale_after_ms " + quoted(Json(stale.count())));
   }
-  return {from_seconds(stale_ms * 1e-3), from_seconds(lost_ms * 1e-3)};
+  return {to_nanoseconds(stale), to_nanoseconds(lost)};
 }
 
 LogLevel read_log_level(const Document& document) {

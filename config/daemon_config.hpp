@@ -14,17 +14,19 @@
 namespace tissued::config {
 
 struct TrackerConfig {
-  std::string address = "127.0.0.1";        // IPv4 or IPv6, where tracker packets are received
-  std::uint16_t port = 51001;               // UDP
-  std::chrono::nanoseconds frame_deadline;  // after its first part, a frame that is missing parts is stepped anyway
-  std::string subject;                      // labels may come as `subject:label`; the bundle's, unless said otherwise
+  std::string address = "127.0.0.1";  // IPv4 or IPv6, where tracker packets are received
+  std::uint16_t port = 51001;         // UDP
+  // After its first part, a frame that is missing parts is stepped anyway; half a frame period where that is less.
+  std::chrono::nanoseconds frame_deadline = std::chrono::milliseconds(4);
+  std::string subject;  // labels may come as `subject:label`; the bundle's, unless said otherwise
 };
 
 struct ClientsConfig {
   std::string address = "127.0.0.1";
   std::uint16_t port = 51010;  // UDP; 0: any free one
   int max_subscribers = 16;
-  std::chrono::nanoseconds lease;  // a subscription that is not renewed ends after it
+  // The longest that a subscription is granted; it ends then unless renewed.
+  std::chrono::nanoseconds lease = std::chrono::seconds(10);
 };
 
 struct RegistrationConfig {
@@ -35,8 +37,10 @@ struct RegistrationConfig {
 };
 
 struct StalenessConfig {
-  std::chrono::nanoseconds stale_after;  // without a new frame the answer is said to be stale
-  std::chrono::nanoseconds lost_after;   // and the tracker to be lost; not below stale_after
+  // Without a new frame the answer is stale,
+  std::chrono::nanoseconds stale_after = std::chrono::milliseconds(100);
+  // and the tracker is lost; not below stale_after.
+  std::chrono::nanoseconds lost_after = std::chrono::seconds(1);
 };
 
 enum class LogLevel { trace, debug, info, warn, error, critical, off };

@@ -16,7 +16,7 @@ namespace {
 const char* const kFullConfig = R"({
   "format": "tissued-config/1", "bundle": ".",
   "tracker": {"address": "0.0.0.0", "port": 5000, "frame_deadline_ms": 12.5, "subject": "other"},
-  "clients": {"address": "::1", "port": 0, "max_subscribers": 3, "lease_s": 2.5},
+  "clients": {"address": "::1", "port": 0, "max_subscribers": 3, "lease_s": 25},
   "simulator": {"kind": "admm", "scheme": "algorithm-1", "iterations": 20, "tolerance": 0.01, "weight_scale": 2,
                 "threads": 2, "time_step": 0.005},
   "material": {"youngs_modulus": 7, "poissons_ratio": 0.4, "density": 1.1}, "gravity": [1, 0, 0],
@@ -48,7 +48,7 @@ TEST_CASE("Every key of a configuration arrives in its struct") {
   CHECK(config.clients.address == "::1");
   CHECK(config.clients.port == 0);
   CHECK(config.clients.max_subscribers == 3);
-  CHECK(config.clients.lease == 2500ms);
+  CHECK(config.clients.lease == 25s);
   CHECK(config.simulator.kind == "admm");
   CHECK(config.simulator.solver.scheme == Scheme::algorithm_1);
   CHECK(config.simulator.solver.iterations == 20);
@@ -150,7 +150,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/clients/port", "1e9", "/clients/port: 1000000000.0 is not an integer"},
       {"/clients/max_subscribers", "0", "/clients/max_subscribers: 0 is below the minimum 1"},
       {"/clients/max_subscribers", "257", "/clients/max_subscribers: 257 is above the maximum 256"},
-      {"/clients/lease_s", "0", "/clients/lease_s: 0 is below the minimum 0.1"},
+      {"/clients/lease_s", "0", "/clients/lease_s: 0 is below the minimum 1"},
       {"/simulator/kind", R"("fem")", R"(/simulator/kind: "fem" is not one of "kf-admm" or "admm")"},
       {"/simulator/scheme", R"("perframe")",
        R"(/simulator/scheme: "perframe" is not one of "per-frame" or "algorithm-1")"},
