@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <fstream>
 #include <set>
-#include <sstream>
 #include <vector>
 
 #include "config/config_error.hpp"
@@ -11,8 +10,7 @@
 namespace tissued::config {
 namespace {
 
-// The parser's words without its own prefixes, e.g. "[json.exception.parse_error.101] parse error at line 1, column 2:
-// ".
+// The parser's words without what it puts before them: "[json.exception.parse_error.101] parse error at line 1, ...: ".
 std::string reason_of(const std::string& message) {
   std::string reason = message.substr(std::min(message.find("] ") + 2, message.size()));
   if (reason.rfind("parse error at", 0) == 0) reason = reason.substr(reason.find(": ") + 2);
@@ -34,18 +32,18 @@ class StrictBuilder final : public nlohmann::json_sax<Json> {
   const std::string& refusal() const { return refusal_; }
   Json take() { return std::move(root_); }
 
-  bool null() override { return add(Json(nullptr)) != nullptr; }
-  bool boolean(bool value) override { return add(Json(value)) != nullptr; }
-  bool number_integer(number_integer_t value) override { return add(Json(value)) != nullptr; }
-  bool number_unsigned(number_unsigned_t value) override { return add(Json(value)) != nullptr; }
-  bool number_float(number_float_t value, const string_t&) override { return add(Json(value)) != nullptr; }
+  bool null() override { return take_value(Json(nullptr)); }
+  bool boolean(bool value) override { return take_value(Json(value)); }
+  bool number_integer(number_integer_t value) override { return take_value(Json(value)); }
+  bool number_unsigned(number_unsigned_t value) override { return take_value(Json(value)); }
+  bool number_float(number_float_t value, const string_t&) override { return take_value(Json(value)); }
   bool binary(binary_t&) override { return refuse("binary values are not JSON"); }
 
   bool string(string_t& value) override {
     if (value.size() > kMaxJsonString) return refuse(too_long(value));
     // The schema's lengths would be measured up to it only.
     if (value.find('\0') != std::string::npos) return refuse("a string holds the character U+0000");
-    return add(Json(std::move(value))) != nullptr;
+    return take_value(Json(std::move(value)));
   }
 
   bool start_object(std::size_t) override { return open(Json::object()); }
@@ -71,6 +69,11 @@ class StrictBuilder final : public nlohmann::json_sax<Json> {
     std::string key;             // of an object: the member being read
     std::set<std::string> keys;  // of an object: those read so far
   };
+
+  bool take_value(Json value) {
+    add(std::move(value));
+    return true;
+  }
 
   Json* add(Json value) {
     if (open_.empty()) {

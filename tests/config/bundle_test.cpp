@@ -1,6 +1,7 @@
 #include "config/bundle.hpp"
 
 #include <algorithm>
+#include <chrono>
 
 #include "tests/config/bundle_folder.hpp"
 
@@ -234,6 +235,16 @@ TEST_CASE("A bundle asks for no more markers, pads and targets than a tracker fr
   CHECK(refusal_with("/markers", points(129)).find("has 129 keys, more than the maximum 128") != std::string::npos);
   CHECK(refusal_with("/targets", points(65)).find("has 65 keys, more than the maximum 64") != std::string::npos);
   CHECK(refusal_with("/actuators", points(33)).find("has 33 keys, more than the maximum 32") != std::string::npos);
+}
+
+TEST_CASE("A bundle as large as a file may be is refused in a moment") {
+  Json names = Json::array();
+  for (int i = 0; i < 100000; ++i) names.push_back(std::to_string(i));  // distinct: all pairs would be compared
+  const auto start = std::chrono::steady_clock::now();
+  for (const char* key : {"/marker_sets/few", "/trials", "/held_out"}) {
+    CHECK(refusal_with(key, names.dump()).find("has 100000 items, more than the maximum") != std::string::npos);
+  }
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(60));  // minutes each, if it were
 }
 
 TEST_CASE("A bundle without its files says which") {
