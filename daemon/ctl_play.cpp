@@ -1,5 +1,7 @@
 #include "daemon/ctl_play.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -54,10 +56,20 @@ std::vector<std::string> target_names(const config::Bundle& bundle) {
   return names;
 }
 
+// Tells a person at a terminal what goes on; leaves nothing behind.
+class ProgressLine {
+ public:
+  ~ProgressLine() { show(""); }
+  void show(const std::string& text) const {
+    if (isatty(STDERR_FILENO) == 1) std::fprintf(stderr, "\r%s\x1b[K", text.c_str());
+  }
+};
+
 // The daemon as it introduces itself, and the subscription to its answers.
 struct Answers {
   explicit Answers(const Endpoint& daemon) : client(daemon) {
     hello = client.hello();
+    markers = client.names(protocol::NameKind::marker);
     targets = client.names(protocol::NameKind::target);
     pads = client.names(protocol::NameKind::pad);
     const protocol::SubscribeReply granted = client.subscribe({.what = protocol::kTargets});
@@ -68,16 +80,22 @@ struct Answers {
   }
   PredictionClient client;
   protocol::HelloReply hello;
+  std::vector<std::string> markers;
   std::vector<std::string> targets;
   std::vector<std::string> pads;
   std::unique_ptr<Subscription> subscription;
 };
 
-void require_common_targets(const config::Bundle& bundle, const Answers& answers) {
-  const std::vector<std::string> ours = target_names(bundle);
-  const auto known = [&](const std::string& name) { return std::ranges::count(answers.targets, name) > 0; };
-  if (ours.empty() || std::ranges::any_of(ours, known)) return;
-  throw std::runtime_error(to_string(answers.client.daemon()) + " knows none of the bundle's targets: it runs `" +
+// A recording of one scene played to another would give numbers, all of them wrong.
+void require_same_scene(const config::Bundle& bundle, const Answers& answers) {
+  const auto knows = [](const std::vector<std::string>& names, const auto& ours) {
+    return ours.empty() ||
+           std::ranges::any_of(ours, [&](const auto& o) { return std::ranges::count(names, o.name) > 0; });
+  };
+  const bool knows_targets = knows(answers.targets, bundle.scene.targets);
+  if (knows_targets && knows(answers.markers, bundle.scene.markers)) return;
+  throw std::runtime_error(to_string(answers.client.daemon()) + " knows none of the bundle's " +
+                           (knows_targets ? "markers" : "targets") + ": it runs `" +
                            std::string(answers.hello.model.view()) + "`, the bundle is `" + bundle.scene.name + "`");
 }
 
@@ -113,6 +131,27 @@ void print_report(const PlayArguments& arguments, const config::Bundle& bundle, 
   }
 }
 
+// Plays the trials one after the other, again and again where so asked.
+PlayReport play_all(const PlayArguments& arguments, const config::Bundle& bundle,
+                    const std::vector<Recording>& recordings, const Answers* answers) {
+  TrackerSender sender(arguments.to);
+  const StopSignal stop;
+  TrialPlayer player(sender, answers != nullptr ? answers->subscription.get() : nullptr, arguments.options, stop);
+  PlayReport report(target_names(bundle));
+  const ProgressLine progress;
+  const std::vector<std::string> known = answers != nullptr ? answers->targets : std::vector<std::string>{};
+  do {
+    for (const Recording& recording : recordings) {
+      if (player.finished()) break;
+      progress.show("playing " + recording.name());
+      const PlayedTrial played = player.play(recording);
+      report.add(recording.name(), played, target_errors(bundle, recording, played, known));
+      if (!arguments.out.empty()) write_predictions(arguments, bundle, recording, played, *answers);
+    }
+  } while (arguments.options.stop_after > 0.0 && !player.finished());
+  return report;
+}
+
 int run_play(PlayArguments arguments) {
   const config::Bundle bundle = config::load_bundle(arguments.bundle);
   arguments.options.items.marker_set = chosen_markers(bundle, arguments.marker_set);
@@ -120,25 +159,12 @@ int run_play(PlayArguments arguments) {
   if (arguments.loop && arguments.options.stop_after <= 0.0) arguments.options.stop_after = INFINITY;
   const std::vector<Recording> recordings = load_recordings(bundle, arguments.trials);
 
-  TrackerSender sender(arguments.to);
   std::unique_ptr<Answers> answers;
   if (!arguments.no_watch) {
     answers = std::make_unique<Answers>(arguments.watch);
-    require_common_targets(bundle, *answers);
+    require_same_scene(bundle, *answers);
   }
-  const StopSignal stop;
-  TrialPlayer player(sender, answers ? answers->subscription.get() : nullptr, arguments.options, stop);
-  PlayReport report(target_names(bundle));
-  do {
-    for (const Recording& recording : recordings) {
-      if (player.finished()) break;
-      const PlayedTrial played = player.play(recording);
-      const auto& known = answers ? answers->targets : std::vector<std::string>{};
-      report.add(recording.name(), played, target_errors(bundle, recording, played, known));
-      if (!arguments.out.empty()) write_predictions(arguments, bundle, recording, played, *answers);
-    }
-  } while (arguments.options.stop_after > 0.0 && !player.finished());
-
+  const PlayReport report = play_all(arguments, bundle, recordings, answers.get());
   print_report(arguments, bundle, answers.get(), report);
   return kSuccess;
 }
@@ -151,9 +177,8 @@ void add_play_command(CLI::App& app, int& exit_code) {
   CLI::App* play = app.add_subcommand(
       "play", "Stream recordings to tissued as a tracker would, and compare its answers with the recorded targets");
   play->footer(
-      "Trials follow one another with frame numbers from 1 each, as after a restart of the tracker. Targets are "
-      "judged\n"
-      "in the hold, where every pad is at its largest push: mean prediction against mean recorded place.\n"
+      "Trials follow one another with frame numbers from 1 each, as after a restart of the tracker. Targets are\n"
+      "judged in the hold, where every pad is at its largest push: mean prediction against mean recorded place.\n"
       "Example: tissuectl play recordings/paper/table1 exp01 exp02 --rate 2");
   play->add_option("BUNDLE", a.bundle, "Folder with bundle.json")->type_name("")->required();
   play->add_option("TRIAL", a.trials, "Trials of the bundle, Nexus CSV or C3D")->type_name("")->required();

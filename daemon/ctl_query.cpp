@@ -115,7 +115,7 @@ void query_targets(PredictionClient& client, bool as_json) {
               validity_line(frame.validity, frame.reasons).c_str(), frame.tracker_frame, ms(frame.age_ns),
               frame.markers_used, frame.markers_seen);
   TextTable table;
-  table.add_row({"target", "x mm", "y mm", "z mm", "95 % mm", "error mm"});
+  if (!answer.targets.empty()) table.add_row({"target", "x mm", "y mm", "z mm", "95 % mm", "error mm"});
   for (const auto& target : answer.targets) {
     const auto& p = target.position;
     table.add_row({name_at(names, target.index), fixed(p[0], 3), fixed(p[1], 3), fixed(p[2], 3),

@@ -29,6 +29,12 @@ nlohmann::json errors_json(const std::vector<TargetError>& errors) {
   return json;
 }
 
+std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> lists) {
+  std::vector<std::string> all;
+  for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
 }  // namespace
 
 void PlayReport::add(const std::string& trial, const PlayedTrial& played, const std::vector<TargetError>& errors) {
@@ -79,22 +85,22 @@ std::vector<std::string> PlayReport::error_cells(const std::vector<TargetError>&
 std::string PlayReport::text(bool watched) const {
   if (!watched) return std::to_string(sent()) + " frames sent\n";
   TextTable table;
-  const auto add_row = [&table](std::vector<std::string> cells, const std::vector<std::string>& more) {
-    cells.insert(cells.end(), more.begin(), more.end());
-    table.add_row(std::move(cells));
-  };
   std::vector<std::string> head = targets_;
   if (!head.empty()) head.insert(head.end(), {"mean", "rms"});
-  add_row({"trial", "frames", "answered", "lost", "valid"}, head);
+  table.add_row(joined({{"trial", "frames", "answered", "lost", "valid"}, head}));
+  const auto counts = [](std::size_t frames, std::size_t answers, std::size_t valid) {
+    return std::vector<std::string>{std::to_string(frames), std::to_string(answers), std::to_string(frames - answers),
+                                    std::to_string(valid)};
+  };
+  std::size_t all_valid = 0;
   for (const Row& row : rows_) {
-    const auto valid = row.validity.find(protocol::to_string(protocol::Validity::valid));
-    add_row({row.trial, std::to_string(row.sent), std::to_string(row.answered), std::to_string(row.sent - row.answered),
-             std::to_string(valid == row.validity.end() ? 0 : valid->second)},
-            error_cells(row.errors));
+    const auto found = row.validity.find(protocol::to_string(protocol::Validity::valid));
+    const std::size_t valid = found == row.validity.end() ? 0 : found->second;
+    all_valid += valid;
+    table.add_row(joined({{row.trial}, counts(row.sent, row.answered, valid), error_cells(row.errors)}));
   }
   if (rows_.size() > 1) {
-    add_row({"all", std::to_string(sent()), std::to_string(answered()), std::to_string(sent() - answered()), ""},
-            error_cells(mean_errors()));
+    table.add_row(joined({{"all"}, counts(sent(), answered(), all_valid), error_cells(mean_errors())}));
   }
   std::string text = table.text();
   if (!targets_.empty()) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/monotonic_clock.hpp"
 #include "daemon/recording.hpp"
 #include "daemon/stop_signal.hpp"
 #include "daemon/subscription.hpp"
@@ -50,7 +51,7 @@ class TrialPlayer {
  public:
   /// `answers` may be nullptr: then nothing is asked. All must outlive the player.
   TrialPlayer(TrackerSender& sender, Subscription* answers, const PlayOptions& options, const StopSignal& stop)
-      : sender_(sender), answers_(answers), options_(options), stop_(stop) {}
+      : sender_(sender), answers_(answers), options_(options), stop_(stop), tracker_clock_ns_(monotonic_ns()) {}
 
   /// Returns when the last frame is answered, or 0.3 s after it was sent, or soon after a stop was requested. Throws
   /// std::runtime_error where a frame does not fit the wire.
@@ -82,7 +83,7 @@ class TrialPlayer {
   Subscription* answers_;
   PlayOptions options_;
   const StopSignal& stop_;
-  std::uint64_t tracker_clock_ns_ = 1'000'000'000;
+  std::uint64_t tracker_clock_ns_;  // begins at the machine's: no answer to another run can be taken for one to this
   std::uint64_t earliest_start_ns_ = 0;
   double streamed_ = 0.0;  // s, wall clock, of all trials so far
 };
