@@ -32,7 +32,6 @@ class BulkTransfers {
   void begin(Peer& peer, Content content, std::uint32_t in_reply_to, const MeshSnapshot* mesh);
 
   bool mesh_under_way() const { return mesh_transfers_ > 0; }
-  void close() { pause_.cancel(); }
 
  private:
   struct Transfer {

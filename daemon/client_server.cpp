@@ -91,8 +91,6 @@ void ClientServer::start() { wait_readable(); }
 void ClientServer::close() {
   boost::system::error_code ignored;
   socket_.close(ignored);
-  ticker_.cancel();
-  bulk_.close();
 }
 
 void ClientServer::wait_readable() {

@@ -48,6 +48,10 @@ const char* to_string(Count count) {
       return "sends_failed";
     case Count::transfers_refused:
       return "transfers_refused";
+    case Count::rest_frames:
+      return "rest_frames";
+    case Count::registration_rms_um:
+      return "registration_rms_um";
   }
   return "unknown";
 }

@@ -35,8 +35,11 @@ enum class Count : std::uint8_t {
   datagrams_sent,       ///< to clients
   sends_failed,         ///< datagrams to clients that the kernel did not take
   transfers_refused,    ///< mesh or topology answers not begun because the last one was still on its way
+  // Not counts, but said along with them:
+  rest_frames,          ///< frames at rest that the calibration stands on
+  registration_rms_um,  ///< distance of markers at rest from their said places, after a fit where one is made
 };
-inline constexpr std::size_t kCountCount = 21;
+inline constexpr std::size_t kCountCount = 23;
 
 /// Everything that happened, was skipped or was refused, by reason, since the start. Any thread adds, any reads.
 class Counters {

@@ -160,6 +160,9 @@ void FrameProcessor::calibrate(double elapsed) {
     }
   }
   pads_.learn_rest(rest_frames_);
+  counters_.set(Count::rest_frames, static_cast<std::uint64_t>(calibration_.frames()));
+  const double rms_um = calibration_.registration().residual_rms * 1e3;
+  counters_.set(Count::registration_rms_um, static_cast<std::uint64_t>(std::lround(std::min(rms_um, 1e9))));
 }
 
 void FrameProcessor::observe(const FrameInterval& interval, bool whole) {

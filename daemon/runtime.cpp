@@ -1,9 +1,9 @@
 #include "daemon/runtime.hpp"
 
-#include <boost/asio/post.hpp>
 #include <csignal>
 
 #include "daemon/monotonic_clock.hpp"
+#include "daemon/realtime.hpp"
 
 namespace tissued::daemon {
 
@@ -28,17 +28,21 @@ void Runtime::run() {
   server_.start();
   context_.run();
   simulation_.stop();
+  receiver_.close();
+  server_.close();
 }
 
-void Runtime::stop() {
-  boost::asio::post(context_, [this] { close(); });
+std::error_code Runtime::prefer_realtime() noexcept {
+  if (const auto refused = simulation_.prefer_realtime()) return refused;
+  if (const auto refused = schedule_realtime(::pthread_self(), kServingPriority)) return refused;
+  return lock_memory();
 }
 
 void Runtime::stop_on_signals() {
   signals_.add(SIGINT);
   signals_.add(SIGTERM);
   signals_.async_wait([this](const boost::system::error_code& error, int) {
-    if (!error) close();
+    if (!error) stop();
   });
 }
 
@@ -50,14 +54,6 @@ void Runtime::watch_simulation() {
     server_.on_published();
     watch_simulation();
   });
-}
-
-void Runtime::close() {
-  receiver_.close();
-  server_.close();
-  boost::system::error_code ignored;
-  published_watch_.cancel(ignored);
-  signals_.cancel(ignored);
 }
 
 }  // namespace tissued::daemon

@@ -4,6 +4,7 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <cstdint>
+#include <system_error>
 
 #include "config/daemon_config.hpp"
 #include "core/simulator.hpp"
@@ -31,8 +32,11 @@ class Runtime {
 
   /// Serves until stop(); then both threads are at rest and the sockets closed.
   void run();
-  /// From any thread.
-  void stop();
+  /// From any thread; before run() as well.
+  void stop() { context_.stop(); }
+  /// Real-time scheduling for the simulation and for the calling thread, which is to be the one that calls run(), and
+  /// memory that stays; says what the kernel refused. Before run().
+  std::error_code prefer_realtime() noexcept;
   /// Makes SIGINT and SIGTERM stop.
   void stop_on_signals();
 
@@ -42,7 +46,6 @@ class Runtime {
 
  private:
   void watch_simulation();
-  void close();
 
   boost::asio::io_context context_{1};  // one thread runs it
   Counters counters_;

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "daemon/realtime.hpp"
+
 namespace tissued::daemon {
 
 SimulationThread::SimulationThread(FrameProcessor& processor, int node_count, Counters& counters,
@@ -23,6 +25,10 @@ void SimulationThread::stop() {
   stopping_.store(true, std::memory_order_release);
   wake_up_.notify();
   thread_.join();
+}
+
+std::error_code SimulationThread::prefer_realtime() noexcept {
+  return schedule_realtime(thread_.native_handle(), kSimulationPriority);
 }
 
 void SimulationThread::submit(const protocol::TrackerFrame& frame) noexcept {

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <system_error>
 #include <thread>
 
 #include "daemon/answer.hpp"
@@ -29,6 +30,8 @@ class SimulationThread {
   SimulationThread& operator=(const SimulationThread&) = delete;
 
   void stop();
+  /// See schedule_realtime.
+  std::error_code prefer_realtime() noexcept;
 
   /// I/O thread: hands on a frame; one that was not taken yet is counted as skipped.
   void submit(const protocol::TrackerFrame& frame) noexcept;

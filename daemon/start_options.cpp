@@ -23,6 +23,8 @@ void declare_options(CLI::App& app, StartOptions& options) {
   app.add_flag("--check", options.check, "Read and build everything, say so in one line, and exit");
   app.add_option("--tracker-port", options.tracker_port, "UDP port of the tracker's packets; 0: any free one");
   app.add_option("--client-port", options.client_port, "UDP port of the clients; 0: any free one");
+  app.add_flag("--realtime", options.realtime,
+               "Ask the kernel for real-time scheduling, against other work on this machine");
   app.add_option("--log-level", options.log_level, "What goes to stderr")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}));
 }

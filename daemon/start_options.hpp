@@ -21,6 +21,7 @@ struct StartOptions {
   std::optional<std::uint16_t> tracker_port;
   std::optional<std::uint16_t> client_port;
   std::string log_level;
+  bool realtime = false;
   bool check = false;
   bool print_schema = false;
 };

@@ -45,7 +45,6 @@ void TrackerReceiver::start() { wait_readable(); }
 void TrackerReceiver::close() {
   boost::system::error_code ignored;
   socket_.close(ignored);
-  deadline_.cancel();
 }
 
 void TrackerReceiver::wait_readable() {

@@ -176,6 +176,8 @@ TEST_CASE("Placement offsets are learnt at rest and taken off, noise averaged aw
     frame.marker("M1", Vec3(0, 0, 40) + offset + Vec3(noise(random), noise(random), noise(random)));
     bench.process(frame);
   }
+  CHECK(bench.counters[Count::rest_frames] == 50);
+  CHECK(bench.counters[Count::registration_rms_um] == Approx(1e3 * offset.norm()).margin(50));
   // The pad pushes: what is seen now is motion, not offset.
   for (std::uint32_t number = 51; number <= 60; ++number) {
     FrameBuilder frame(number);
