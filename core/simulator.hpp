@@ -23,7 +23,7 @@ struct SolverOptions {
   int iterations = 10;          // ADMM iterations a step at most (of algorithm-1: iterations a frame)
   double tolerance = 0.0;       // mm; stop earlier when the residuals fall below it; 0: always all iterations
   double time_step = 0.01;      // s, nominal: what the global step is factored for
-  double weight_scale = 1.0;    // ADMM weights w_i^2 = weight_scale (kappa + 4/3 mu) V_i
+  double weight_scale = 4.0;    // ADMM weights w_i^2 = weight_scale (kappa + 4/3 mu) V_i; 1 cycles on large pushes
   int threads = 0;              // of the parallel loops; 0: chosen by the size of the mesh
 };
 

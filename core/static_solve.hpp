@@ -12,7 +12,7 @@ struct StaticOptions {
   double tolerance = 1e-6;       // mm; see StaticSolution::residual
   int max_iterations = 20000;
   int anderson_depth = 8;        // history of the acceleration; 0: plain ADMM
-  double weight_scale = 1.0;
+  double weight_scale = 4.0;       // doubled when the iteration stalls
   double load_step = 5.0;        // mm; pads are ramped by at most this much at a time
   int threads = 0;
 };

@@ -1,0 +1,161 @@
+#include "core/admm_simulator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace tissued::core {
+
+namespace {
+
+constexpr double kPadLimit = 3.0;        // mm a held node may move in one step; a larger jump of a pad is ramped
+constexpr double kSettledMove = 0.05;    // mm; what `converged` means where no tolerance was asked for
+constexpr int kAllModesUpTo = 1200;      // free nodes; beyond, the dense eigenproblem takes minutes
+constexpr int kModesOfLargeMesh = 300;
+
+int modes_for(const Model& model, int requested) {
+  if (requested > 0) return requested;
+  return model.system().free_count() <= kAllModesUpTo ? 0 : kModesOfLargeMesh;
+}
+
+}  // namespace
+
+AdmmSimulator::AdmmSimulator(const Scene& scene, const SimulatorOptions& options, bool closed_loop)
+    : options_(options), closed_loop_(closed_loop) {
+  build(scene, options.solver.time_step);
+}
+
+void AdmmSimulator::build(const Scene& scene, double time_step) {
+  auto model = std::make_unique<Model>(scene, options_.solver.weight_scale, time_step);
+  filter_.reset();
+  workspace_.reset();
+  model_ = std::move(model);
+  workspace_.emplace(*model_, resolve_threads(options_.solver.threads, scene.mesh.tet_count()));
+  if (!state_) state_.emplace(*model_);
+  if (closed_loop_) {
+    if (!basis_)
+      basis_ = modal_basis(model_->scene().mesh, model_->blocks(), model_->masses(), model_->system().free_nodes(),
+                           modes_for(*model_, options_.filter.modes));
+    filter_.emplace(*model_, *basis_, options_.filter);
+  }
+  last_finite_ = state_->x;
+  pad_forces_.assign(model_->scene().pads.size(), Vec3::Zero());
+}
+
+void AdmmSimulator::set_time_step(double time_step) {
+  const Scene scene = model_->scene();
+  build(scene, time_step);
+}
+
+void AdmmSimulator::reset() {
+  state_->reset(*model_);
+  last_finite_ = state_->x;
+  std::fill(workspace_->held_pads.begin(), workspace_->held_pads.end(), std::uint8_t{0});
+  workspace_->held.hold(workspace_->held_pads);
+  for (Vec3& force : pad_forces_) force.setZero();
+  if (filter_) filter_->reset();
+}
+
+StepReport AdmmSimulator::step(const Observation& observation) noexcept {
+  StepReport report;
+  const double nominal = model_->time_step();
+  const int frames = std::clamp(static_cast<int>(std::lround(observation.dt / nominal)), 1, 20);
+  if (options_.solver.scheme == Scheme::per_frame) {
+    iterate(observation, observation.dt, options_.solver.iterations, report);
+    correct(observation, frames, report);
+  } else {
+    // Algorithm 1 as printed: n counts iterations and time steps at once, the markers of the frame stay.
+    for (int n = 0; n < options_.solver.iterations; ++n) {
+      iterate(observation, nominal, 1, report);
+      correct(observation, 1, report);
+    }
+  }
+  report.converged = std::max(report.primal_residual, report.dual_residual) <=
+                     (options_.solver.tolerance > 0 ? options_.solver.tolerance : kSettledMove);
+  report.finite = state_is_finite();
+  if (report.finite) {
+    last_finite_ = state_->x;
+    pad_forces(*workspace_, pad_forces_);
+  } else {
+    // The last good answer is held; duals and velocity start again from it.
+    state_->reset(*model_);
+    state_->x = last_finite_;
+    state_->x_previous = last_finite_;
+    workspace_->held.forget_forces();
+    if (filter_) filter_->reset();
+  }
+  return report;
+}
+
+void AdmmSimulator::iterate(const Observation& observation, double dt, int iterations, StepReport& report) {
+  AdmmState& state = *state_;
+  // The factor's inertia must not be far below the residual's, or the iteration overshoots: see global_step.hpp.
+  constexpr double kShortest = 0.75;
+  dt = std::max(dt, kShortest * model_->time_step());
+  report.pad_ramp = begin_step(*model_, state, *workspace_, observation.pads, dt, kPadLimit);
+  state.x_previous.swap(state.x);       // x_{n-1} <- x_n
+  state.x = state.x_previous;           // first guess of x_{n+1}
+  for (int k = 0; k < iterations; ++k) {
+    const LocalStepResult local = local_stage(*model_, state, *workspace_);
+    report.dual_residual = global_stage(*model_, state, *workspace_, dt);
+    report.primal_residual = local.primal;
+    report.inverted = local.inverted;
+    ++report.iterations;
+    if (std::max(report.primal_residual, report.dual_residual) < options_.solver.tolerance) break;
+  }
+  state.dt = dt;
+}
+
+void AdmmSimulator::correct(const Observation& observation, int frames, StepReport& report) {
+  if (!filter_) return;
+  const Innovation innovation = filter_->correct(observation.markers, observation.marker_seen, workspace_->held_pads,
+                                                 frames, state_->x, state_->x_previous);
+  report.markers_used = innovation.markers_used;
+  report.innovation_rms = innovation.rms;
+}
+
+bool AdmmSimulator::state_is_finite() const { return state_->x.allFinite() && state_->x_previous.allFinite(); }
+
+TargetEstimate AdmmSimulator::target(int index) const noexcept {
+  TargetEstimate estimate;
+  const MaterialPoint& point = model_->target_points()[static_cast<std::size_t>(index)];
+  estimate.position = position_of(point, state_->x) - rest_position(model_->scene().mesh, point) +
+                      model_->scene().targets[static_cast<std::size_t>(index)].rest;
+  if (filter_) estimate.covariance = filter_->target_variance(index) * Mat3::Identity();
+  return estimate;
+}
+
+Vec3 AdmmSimulator::marker(int index) const noexcept {
+  const MaterialPoint& point = model_->marker_points()[static_cast<std::size_t>(index)];
+  return position_of(point, state_->x) - rest_position(model_->scene().mesh, point) +
+         model_->scene().markers[static_cast<std::size_t>(index)].rest;
+}
+
+std::uint64_t AdmmSimulator::state_hash() const noexcept {
+  std::uint64_t hash = 14695981039346656037ull;
+  const auto mix = [&](const double* values, Eigen::Index count) {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      std::uint64_t bits;
+      std::memcpy(&bits, values + i, sizeof bits);
+      hash = (hash ^ bits) * 1099511628211ull;
+    }
+  };
+  mix(state_->x.data(), state_->x.size());
+  mix(state_->x_previous.data(), state_->x_previous.size());
+  for (const ElementState& element : state_->elements) mix(&element.u[0][0], 9 * kLanes);
+  return hash;
+}
+
+std::span<const std::string_view> simulator_names() {
+  static constexpr std::array<std::string_view, 2> kNames{"kf-admm", "admm"};
+  return kNames;
+}
+
+std::unique_ptr<Simulator> make_simulator(const Scene& scene, const SimulatorOptions& options) {
+  if (options.kind == "kf-admm") return std::make_unique<AdmmSimulator>(scene, options, true);
+  if (options.kind == "admm") return std::make_unique<AdmmSimulator>(scene, options, false);
+  throw ModelError("simulator.kind \"" + options.kind + "\" is not known: kf-admm or admm");
+}
+
+}  // namespace tissued::core

@@ -1,0 +1,49 @@
+// `admm`, the open-loop simulator, and `kf-admm`, the same with a marker filter: Algorithm 1.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "core/admm.hpp"
+#include "core/marker_filter.hpp"
+#include "core/simulator.hpp"
+
+namespace tissued::core {
+
+class AdmmSimulator final : public Simulator {
+ public:
+  // closed_loop: with a filter. Throws ModelError.
+  AdmmSimulator(const Scene& scene, const SimulatorOptions& options, bool closed_loop);
+
+  const Scene& scene() const override { return model_->scene(); }
+  void reset() override;
+  StepReport step(const Observation& observation) noexcept override;
+  void set_time_step(double time_step) override;
+  double time_step() const override { return model_->time_step(); }
+  const NodeField& positions() const override { return state_->x; }
+  TargetEstimate target(int index) const noexcept override;
+  Vec3 marker(int index) const noexcept override;
+  Vec3 pad_force(int index) const noexcept override { return pad_forces_[static_cast<std::size_t>(index)]; }
+  std::uint64_t state_hash() const noexcept override;
+
+  const Model& model() const { return *model_; }
+  const MarkerFilter* filter() const { return filter_ ? &*filter_ : nullptr; }
+
+ private:
+  void build(const Scene& scene, double time_step);
+  void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
+  void correct(const Observation& observation, int frames, StepReport& report);
+  bool state_is_finite() const;
+
+  SimulatorOptions options_;
+  bool closed_loop_;
+  std::unique_ptr<Model> model_;
+  std::optional<AdmmState> state_;
+  std::optional<AdmmWorkspace> workspace_;
+  std::optional<ModalBasis> basis_;     // does not depend on the time step
+  std::optional<MarkerFilter> filter_;
+  NodeField last_finite_;
+  std::vector<Vec3> pad_forces_;
+};
+
+}  // namespace tissued::core
