@@ -38,7 +38,6 @@ struct Answer {
   std::uint16_t reasons = 0;  ///< protocol::ValidityReason bits that do not depend on the answer's age
   core::StepReport report;
   std::uint16_t markers_seen = 0;
-  std::uint64_t steps = 0;                                 ///< since the start
   protocol::FixedList<TargetAnswer, kMaxTargets> targets;  ///< (scene.targets)
   protocol::FixedList<PadAnswer, kMaxPads> pads;           ///< those that touch
 };

@@ -236,7 +236,8 @@ void ClientServer::send_predictions(Peer& peer, std::uint32_t in_reply_to, bool 
   for (std::size_t part = 0; part < parts; ++part) {
     sender_.send(peer, in_reply_to, prediction_part(answer, verdict, send_ns, part));
   }
-  if (fresh && answer.has_frame) latency_.add(monotonic_ns() - answer.receive_ns);
+  const bool held = !answer.has_frame || (answer.reasons & protocol::kDiverged) != 0;
+  if (fresh && !held) latency_.add(monotonic_ns() - answer.receive_ns);
 }
 
 void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {

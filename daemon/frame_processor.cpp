@@ -80,7 +80,6 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   const core::StepReport report = simulator_.step(observation_);
   const std::uint64_t step_time_ns = monotonic_ns() - begin_ns;
   counters_.add(Count::frames_stepped);
-  ++steps_;
 
   answer.has_frame = true;
   answer.tracker_frame = frame.frame_number;
@@ -97,7 +96,6 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
     answer.reasons |= ValidityReason::kDiverged;
   }
   answer.step_time_ns = step_time_ns;
-  answer.steps = steps_;
 }
 
 void FrameProcessor::read_names(const protocol::TrackerFrame& frame) {
@@ -178,8 +176,7 @@ void FrameProcessor::observe(const FrameInterval& interval, bool whole) {
     observation_.markers[i] = calibration_.to_model(index, seen_.markers[i]);
     ++markers_fed_;
   }
-  const auto summary = pads_.finish_frame(interval.elapsed, whole, tissue_from_tracker(), observation_.pads);
-  pads_held_ = summary.held;
+  pads_held_ = pads_.finish_frame(interval.elapsed, whole, tissue_from_tracker(), observation_.pads);
   if (pads_held_ > 0) counters_.add(Count::pads_held, static_cast<std::uint64_t>(pads_held_));
   if (!usable) std::fill(observation_.pads.begin(), observation_.pads.end(), core::PadInput{});
 }

@@ -73,7 +73,6 @@ class FrameProcessor {
   core::Observation observation_;
   int markers_fed_ = 0;
   int pads_held_ = 0;
-  std::uint64_t steps_ = 0;
 };
 
 }  // namespace tissued::daemon

@@ -70,16 +70,15 @@ void PadTracker::learn_rest(int max_samples) {
   }
 }
 
-PadTracker::Summary PadTracker::finish_frame(double elapsed, bool whole,
-                                             const core::RigidTransform& tissue_from_tracker,
-                                             std::span<core::PadInput> inputs) {
-  Summary summary;
+int PadTracker::finish_frame(double elapsed, bool whole, const core::RigidTransform& tissue_from_tracker,
+                             std::span<core::PadInput> inputs) {
+  int held = 0;
   for (std::size_t i = 0; i < pads_.size(); ++i) {
     advance(pads_[i], elapsed, whole);
     inputs[i] = input_of(pads_[i], tissue_from_tracker);
-    if (pads_[i].kind != Kind::absent && pads_[i].unseen > 0.0) ++summary.held;
+    if (pads_[i].kind != Kind::absent && pads_[i].unseen > 0.0) ++held;
   }
-  return summary;
+  return held;
 }
 
 void PadTracker::advance(State& pad, double elapsed, bool whole) const {

@@ -18,11 +18,6 @@ class PadTracker {
  public:
   static constexpr double kHold = 0.1;  // s
 
-  /// What becomes of pads that are not seen, and what moved.
-  struct Summary {
-    int held = 0;  ///< pads not seen that go on as they were
-  };
-
   /// learn_offsets: pads move from where they are seen at rest, not from where the scene says. For a fitted
   /// registration, whose own error would otherwise push pads that merely rest.
   PadTracker(const std::vector<core::Pad>& pads, double rest_tolerance, double placement_sd, bool learn_offsets);
@@ -41,9 +36,10 @@ class PadTracker {
   /// been averaged over max_samples frames stays as it is.
   void learn_rest(int max_samples);
 
-  /// Fills `inputs` (pads) for this frame. elapsed: s since the frame before. whole: no datagram of it was lost.
-  Summary finish_frame(double elapsed, bool whole, const core::RigidTransform& tissue_from_tracker,
-                       std::span<core::PadInput> inputs);
+  /// Fills `inputs` (pads) for this frame, and returns how many pads were not seen and go on as they were.
+  /// elapsed: s since the frame before. whole: no datagram of it was lost.
+  int finish_frame(double elapsed, bool whole, const core::RigidTransform& tissue_from_tracker,
+                   std::span<core::PadInput> inputs);
 
  private:
   struct State {

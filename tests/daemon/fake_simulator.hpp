@@ -28,6 +28,16 @@ inline tissued::core::Scene small_scene() {
   return scene;
 }
 
+// So many nodes in a row, and as many tetrahedra; no body, but none is asked for here.
+inline tissued::core::Scene long_scene(int nodes) {
+  tissued::core::Scene scene = small_scene();
+  scene.mesh.rest.resize(nodes, 3);
+  for (int i = 0; i < nodes; ++i) scene.mesh.rest.row(i) << 0.001 * i, 0.5, -1.25;
+  scene.mesh.tets.clear();
+  for (int i = 0; i < nodes; ++i) scene.mesh.tets.push_back({i, (i + 1) % nodes, (i + 2) % nodes, (i + 3) % nodes});
+  return scene;
+}
+
 // No physics: everything moves by as much as marker M1 has moved in the last frame that showed it. What a test changes
 // while the daemon runs is atomic.
 class FakeSimulator : public tissued::core::Simulator {

@@ -30,7 +30,7 @@ struct OnePad {
     tracker.begin_frame();
   }
   const core::PadInput& finish(double elapsed = 0.01, bool whole = true, const core::RigidTransform& t = kIdentity) {
-    held = tracker.finish_frame(elapsed, whole, t, inputs).held;
+    held = tracker.finish_frame(elapsed, whole, t, inputs);
     tracker.begin_frame();
     return inputs[0];
   }

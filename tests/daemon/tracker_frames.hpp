@@ -53,3 +53,10 @@ struct FrameBuilder {
     return *this;
   }
 };
+
+// M1 of the small scene moved by `shift` mm along x, and nothing else: the fake simulator moves everything as much.
+inline FrameBuilder frame_with_shift(std::uint32_t number, double shift) {
+  FrameBuilder builder(number);
+  builder.stamp(number * std::uint64_t{10'000'000}).marker("M1", tissued::core::Vec3(shift, 0, 40));
+  return builder;
+}

@@ -1,0 +1,118 @@
+// tissued: tracker packets in, targets out. Exit codes: 0 done, 1 the machine refused (port, memory), 2 usage,
+// configuration, bundle or mesh refused.
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <memory>
+
+#include "config/schema.hpp"
+#include "core/simulator.hpp"
+#include "daemon/bound_socket.hpp"
+#include "daemon/runtime.hpp"
+#include "daemon/scene_loader.hpp"
+#include "daemon/start_options.hpp"
+
+namespace tissued::daemon {
+namespace {
+
+constexpr int kRefusedByMachine = 1;
+constexpr int kRefusedInput = 2;
+
+void start_logging(config::LogLevel level) {
+  auto logger = spdlog::stderr_logger_st("tissued");
+  logger->set_pattern("tissued: %l: %v");
+  logger->set_level(static_cast<spdlog::level::level_enum>(level));
+  spdlog::set_default_logger(logger);
+}
+
+void warn_of_open_address(const char* what, const std::string& address) {
+  if (is_loopback(address)) return;
+  spdlog::warn("{} listens on {}: ANYBODY WHO REACHES THIS ADDRESS IS BELIEVED. Nothing is encrypted or authenticated.",
+               what, address);
+}
+
+void log_summary(const Runtime& runtime, const core::Simulator& simulator) {
+  const Counters& counters = runtime.counters();
+  const LatencyWindow& latency = runtime.server().latency();
+  const LatencyWindow& step = runtime.server().step_time();
+  const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
+  spdlog::info(
+      "done: {} frames stepped, {} skipped; rest markers {} um off; step p50 {:.2f} p99 {:.2f} ms; receive-to-send p50 "
+      "{:.2f} p99 {:.2f} max {:.2f} ms; state {:016x}",
+      counters[Count::frames_stepped], counters[Count::frames_skipped], counters[Count::registration_rms_um],
+      ms(step.percentile_ns(0.5)), ms(step.percentile_ns(0.99)), ms(latency.percentile_ns(0.5)),
+      ms(latency.percentile_ns(0.99)), ms(latency.max_ns()), simulator.state_hash());
+}
+
+int serve(const config::DaemonConfig& config, core::Simulator& simulator, bool realtime) {
+  warn_of_open_address("tracker", config.tracker.address);
+  warn_of_open_address("clients", config.clients.address);
+  Runtime runtime(config, simulator);
+  runtime.stop_on_signals();
+  if (realtime) {
+    if (const auto refused = runtime.prefer_realtime()) {
+      spdlog::warn("no real-time scheduling: {} (see ulimit -r and -l)", refused.message());
+    }
+  }
+  std::printf("listening tracker=%u clients=%u\n", unsigned{runtime.tracker_port()}, unsigned{runtime.client_port()});
+  std::fflush(stdout);
+  spdlog::info("{}: {} nodes, {} tetrahedra, {} markers, {} pads, {} targets, simulator {}", simulator.scene().name,
+               simulator.scene().mesh.node_count(), simulator.scene().mesh.tet_count(),
+               simulator.scene().markers.size(), simulator.scene().pads.size(), simulator.scene().targets.size(),
+               config.simulator.kind);
+  runtime.run();
+  log_summary(runtime, simulator);
+  return 0;
+}
+
+int start(const StartOptions& options) {
+  if (options.print_schema) {
+    std::printf("%.*s", static_cast<int>(config::config_schema().size()), config::config_schema().data());
+    return 0;
+  }
+  const config::DaemonConfig config = load_config(options);
+  start_logging(config.log_level);
+  const auto simulator = core::make_simulator(load_scene(config.bundle), config.simulator);
+  if (!options.check) return serve(config, *simulator, options.realtime);
+  Counters counters;
+  const FrameProcessor processor(*simulator, config, counters);  // asks what only a start would ask
+  const core::Scene& scene = simulator->scene();
+  std::printf("%s: ok: %s, %d nodes, %d tetrahedra, %zu markers, %zu pads, %zu targets\n", config.source.c_str(),
+              scene.name.c_str(), scene.mesh.node_count(), scene.mesh.tet_count(), scene.markers.size(),
+              scene.pads.size(), scene.targets.size());
+  return 0;
+}
+
+int fail(const std::exception& error, int code) {
+  std::fprintf(stderr, "tissued: %s\n", error.what());
+  return code;
+}
+
+}  // namespace
+}  // namespace tissued::daemon
+
+int main(int argc, char** argv) {
+  using namespace tissued;
+  CLI::App app("Tells where the inside of soft tissue is while only its skin markers are seen.", "tissued");
+  daemon::StartOptions options;
+  daemon::declare_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : daemon::kRefusedInput;
+  }
+  try {
+    return daemon::start(options);
+  } catch (const config::ConfigError& error) {
+    return daemon::fail(error, daemon::kRefusedInput);
+  } catch (const protocol::FileError& error) {
+    return daemon::fail(error, daemon::kRefusedInput);
+  } catch (const core::ModelError& error) {
+    return daemon::fail(error, daemon::kRefusedInput);
+  } catch (const std::exception& error) {
+    return daemon::fail(error, daemon::kRefusedByMachine);
+  }
+}
