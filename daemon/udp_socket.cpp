@@ -22,13 +22,18 @@ constexpr int kReceiveBuffer = 4 << 20;
 
 using AddressList = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
 
+// IPv4 before IPv6: `localhost` is both, and tissued listens on 127.0.0.1 unless told otherwise.
 AddressList resolve(const Endpoint& peer) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_DGRAM;
-  addrinfo* found = nullptr;
-  const int error = getaddrinfo(peer.host.c_str(), std::to_string(peer.port).c_str(), &hints, &found);
-  if (error != 0) throw std::runtime_error(to_string(peer) + ": " + gai_strerror(error));
-  return {found, &freeaddrinfo};
+  int error = 0;
+  for (const int family : {AF_INET, AF_INET6}) {
+    addrinfo hints{};
+    hints.ai_family = family;
+    hints.ai_socktype = SOCK_DGRAM;
+    addrinfo* found = nullptr;
+    error = getaddrinfo(peer.host.c_str(), std::to_string(peer.port).c_str(), &hints, &found);
+    if (error == 0) return {found, &freeaddrinfo};
+  }
+  throw std::runtime_error(to_string(peer) + ": " + gai_strerror(error));
 }
 
 }  // namespace
