@@ -19,7 +19,7 @@ class AdmmSimulator final : public Simulator {
   void reset() override;
   StepReport step(const Observation& observation) noexcept override;
   void set_time_step(double time_step) override;
-  double time_step() const override { return model_->time_step(); }
+  double time_step() const override { return time_step_; }
   const NodeField& positions() const override { return state_->x; }
   TargetEstimate target(int index) const noexcept override;
   Vec3 marker(int index) const noexcept override;
@@ -31,12 +31,14 @@ class AdmmSimulator final : public Simulator {
 
  private:
   void build(const Scene& scene, double time_step);
+  int steps_per_frame() const;
   void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
   void correct(const Observation& observation, int frames, StepReport& report);
   bool state_is_finite() const;
 
   SimulatorOptions options_;
   bool closed_loop_;
+  double time_step_ = 0.0;
   std::unique_ptr<Model> model_;
   std::optional<AdmmState> state_;
   std::optional<AdmmWorkspace> workspace_;

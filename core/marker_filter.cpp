@@ -29,8 +29,11 @@ RowMatrix rows_of(const HoldableNodes& holdable, const ModalBasis& basis, const 
   return rows;
 }
 
-Eigen::VectorXd transition(const ModalBasis& basis, double dt) {
-  return (1.0 + dt * dt * basis.lambda.array()).inverse();
+// a_j of A = (M + dt^2 L)^-1 M with L of the plain weights k_i = kappa + 4/3 mu: by how much the solver scales its weights
+// to converge is no statement about the tissue and must not change the estimate.
+Eigen::VectorXd transition(const ModalBasis& basis, const Model& model) {
+  const double dt = model.time_step();
+  return (1.0 + dt * dt / model.weight_scale() * basis.lambda.array()).inverse();
 }
 
 // White body forces (force noise with covariance M) through the compliance of one step: Q_j = (dt^2 a_j)^2, smooth in
@@ -80,7 +83,7 @@ MarkerFilter::MarkerFilter(const Model& model, const ModalBasis& basis, const Fi
     : model_(model),
       basis_(basis),
       marker_variance_(measurement_of(model, options)),
-      transition_(transition(basis, model.time_step())),
+      transition_(transition(basis, model)),
       marker_rows_(rows_of(model.marker_points(), basis, model.system().free_index())),
       pad_rows_(rows_of(model.holdable(), basis, model.system().free_index())),
       target_rows_(rows_of(model.target_points(), basis, model.system().free_index())),

@@ -103,6 +103,7 @@ std::vector<MaterialPoint> points_of_targets(const Scene& scene) {
 
 Model::Model(const Scene& scene, double weight_scale, double time_step)
     : scene_(checked(scene)),
+      weight_scale_(weight_scale),
       masses_(lumped_masses(scene_.mesh, scene_.material.density)),
       blocks_(make_element_blocks(scene_.mesh, scene_.material, weight_scale)),
       fixed_nodes_(nodes_of(surface_of(scene_.mesh, scene_.fixed_surface, "the support"))),

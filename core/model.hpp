@@ -18,6 +18,7 @@ class Model {
 
   const Scene& scene() const { return scene_; }
   double time_step() const { return system_.time_step(); }
+  double weight_scale() const { return weight_scale_; }
   const Eigen::VectorXd& masses() const { return masses_; }                  // (n) kg
   const std::vector<ElementBlock>& blocks() const { return blocks_; }
   const GlobalSystem& system() const { return system_; }
@@ -31,6 +32,7 @@ class Model {
 
  private:
   Scene scene_;
+  double weight_scale_;
   Eigen::VectorXd masses_;
   std::vector<ElementBlock> blocks_;
   std::vector<int> fixed_nodes_;

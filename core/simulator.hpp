@@ -12,8 +12,9 @@
 
 namespace tissued::core {
 
-// How Algorithm 1 counts: `algorithm_1` as printed (one ADMM iteration and one filter update per n, n is both iteration
-// and time step), `per_frame` (several iterations at fixed x-tilde, one filter update per tracker frame).
+// How Algorithm 1 counts: `algorithm_1` as printed (one ADMM iteration and one filter update per n; n is both iteration
+// and time step, so a frame's time is shared out over its iterations), `per_frame` (several iterations at fixed x-tilde,
+// one filter update per tracker frame).
 enum class Scheme { per_frame, algorithm_1 };
 
 enum class NoisePreset { paper, standard };

@@ -6,6 +6,9 @@
 
 #include "core/types.hpp"
 
+// Present where the BLAS is OpenBLAS. Its own threads would spin beside the simulation's.
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+
 namespace tissued::core {
 
 struct SparseCholesky::Factor {
@@ -16,6 +19,7 @@ struct SparseCholesky::Factor {
   SupernodalPanels panels;
 
   Factor() {
+    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
     cholmod_start(&common);
     common.supernodal = CHOLMOD_SUPERNODAL;
     common.final_ll = 1;

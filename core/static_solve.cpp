@@ -193,53 +193,91 @@ int load_steps(const Scene& scene, std::span<const PadInput> pads, double load_s
   return std::max(1, static_cast<int>(std::ceil(furthest / load_step - 1e-9)));
 }
 
-std::string describe_trouble(double residual, double load, int iterations) {
-  char text[160];
-  std::snprintf(text, sizeof text, "not converged after %d iterations at %.0f %% of the load: residual %.3g mm", iterations,
-                100.0 * load, residual);
+// Tells a limit cycle from progress: no better than `kProgress` of the best residual for `kPatience` iterations.
+class StallWatch {
+ public:
+  bool stalled(int iteration, double residual) {
+    constexpr double kProgress = 0.7;
+    constexpr int kPatience = 200;
+    if (residual < kProgress * best_) {
+      best_ = residual;
+      since_ = iteration;
+    }
+    return iteration - since_ > kPatience;
+  }
+
+ private:
+  double best_ = std::numeric_limits<double>::infinity();
+  int since_ = 0;
+};
+
+std::string describe_trouble(const char* what, const StaticSolution& solution, double load) {
+  char text[200];
+  std::snprintf(text, sizeof text, "%s after %d iterations at %.0f %% of the load, weights x %g: residual %.3g mm", what,
+                solution.iterations, 100.0 * load, solution.weight_scale, solution.residual);
   return text;
+}
+
+enum class Ending { converged, stalled, exhausted };
+
+// The whole load with one set of weights.
+Ending attempt(const Scene& scene, std::span<const PadInput> pads, const StaticOptions& options,
+               const std::function<void(const StaticIteration&)>& watch, StaticSolution& solution) {
+  constexpr double kIntermediate = 1e-2;  // mm; loads on the way need not be exact
+  constexpr int kCheckEvery = 5;          // iterations; the true balance costs about as much as one
+  const Model model(scene, solution.weight_scale, kQuasiStatic);
+  AdmmState state(model);
+  AdmmWorkspace workspace(model, resolve_threads(options.threads, scene.mesh.tet_count()));
+  AcceleratedAdmm solver(model, state, workspace, options);
+  Ending ending = Ending::converged;
+  double load = 0.0;
+  const int steps = load_steps(scene, pads, options.load_step);
+  for (int step = 1; step <= steps && ending == Ending::converged; ++step) {
+    load = static_cast<double>(step) / steps;
+    const double goal = step == steps ? options.tolerance : std::max(options.tolerance, kIntermediate);
+    begin_step(model, state, workspace, scaled(scene, pads, load), kQuasiStatic,
+               std::numeric_limits<double>::infinity());
+    solver.restart();
+    StallWatch stall;
+    bool converged = false;
+    const int begin = solution.iterations;
+    while (!converged && ending == Ending::converged) {
+      const double cheap = solver.iterate(solution);
+      ++solution.iterations;
+      const bool exhausted = solution.iterations >= options.max_iterations;
+      if (watch || exhausted || cheap < 10.0 * goal || solution.iterations % kCheckEvery == 0) {
+        const Balance balance = balance_of(model, state, workspace);
+        solution.residual = balance.displacement;
+        solution.force_residual = balance.force;
+        solution.inverted = balance.inverted;
+        if (watch) watch({solution.iterations, load, balance.displacement});
+        converged = balance.inverted == 0 && balance.displacement < goal;
+        if (!converged && stall.stalled(solution.iterations - begin, balance.displacement)) ending = Ending::stalled;
+      }
+      if (!converged && exhausted) ending = Ending::exhausted;
+    }
+  }
+  solution.positions = state.x;
+  solution.pad_forces.assign(scene.pads.size(), Vec3::Zero());
+  pad_forces(workspace, solution.pad_forces);
+  solution.converged = ending == Ending::converged;
+  solution.trouble = ending == Ending::converged ? ""
+                     : ending == Ending::stalled ? describe_trouble("no progress", solution, load)
+                                                 : describe_trouble("not converged", solution, load);
+  return ending;
 }
 
 }  // namespace
 
 StaticSolution solve_static(const Scene& scene, std::span<const PadInput> pads, const StaticOptions& options,
                             const std::function<void(const StaticIteration&)>& watch) {
-  constexpr double kIntermediate = 1e-2;  // mm; loads on the way need not be exact
-  constexpr int kCheckEvery = 5;          // iterations; the true balance costs about as much as one
-  const Model model(scene, options.weight_scale, kQuasiStatic);
-  AdmmState state(model);
-  AdmmWorkspace workspace(model, resolve_threads(options.threads, scene.mesh.tet_count()));
-  AcceleratedAdmm solver(model, state, workspace, options);
+  // Where an element stiffens beyond its weight, ADMM with fixed weights cycles; heavier weights do not.
+  constexpr double kHeaviest = 64.0;
   StaticSolution solution;
-  const int steps = load_steps(scene, pads, options.load_step);
-  Balance balance{};
-  for (int step = 1; step <= steps; ++step) {
-    const double load = static_cast<double>(step) / steps;
-    const double goal = step == steps ? options.tolerance : std::max(options.tolerance, kIntermediate);
-    begin_step(model, state, workspace, scaled(scene, pads, load), kQuasiStatic,
-               std::numeric_limits<double>::infinity());
-    solver.restart();
-    solution.converged = false;
-    while (solution.iterations < options.max_iterations && !solution.converged) {
-      const double cheap = solver.iterate(solution);
-      ++solution.iterations;
-      const bool check = watch || cheap < 10.0 * goal || solution.iterations % kCheckEvery == 0;
-      if (!check) continue;
-      balance = balance_of(model, state, workspace);
-      if (watch) watch({solution.iterations, load, balance.displacement});
-      solution.converged = balance.inverted == 0 && balance.displacement < goal;
-    }
-    if (!solution.converged) {
-      solution.trouble = describe_trouble(balance.displacement, load, solution.iterations);
-      break;
-    }
-  }
-  solution.positions = state.x;
-  solution.residual = balance.displacement;
-  solution.force_residual = balance.force;
-  solution.inverted = balance.inverted;
-  solution.pad_forces.assign(scene.pads.size(), Vec3::Zero());
-  pad_forces(workspace, solution.pad_forces);
+  solution.weight_scale = options.weight_scale;
+  while (attempt(scene, pads, options, watch, solution) == Ending::stalled &&
+         2.0 * solution.weight_scale <= kHeaviest * options.weight_scale)
+    solution.weight_scale *= 2.0;
   return solution;
 }
 

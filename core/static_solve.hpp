@@ -29,6 +29,7 @@ struct StaticSolution {
   int iterations = 0;
   int accelerated = 0;            // Anderson steps kept by the safeguard
   int rejected = 0;               // Anderson steps it refused
+  double weight_scale = 0.0;      // the one it ended with
   double residual = 0.0;          // mm: largest entry of L^-1 times the unbalanced force at free nodes
   double force_residual = 0.0;    // N: largest unbalanced force at a free node
   int inverted = 0;
