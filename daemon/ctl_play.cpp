@@ -107,7 +107,7 @@ void write_predictions(const PlayArguments& arguments, const config::Bundle& bun
 }
 
 nlohmann::json json_head(const config::Bundle& bundle, const PlayArguments& arguments, const Answers* answers) {
-  nlohmann::json head{{"bundle", bundle.scene.name}, {"rate", arguments.options.rate}};
+  nlohmann::json head{{"bundle", bundle.scene.name}, {"rate", arguments.options.speed}};
   if (answers == nullptr) return head;
   head["daemon"] = {{"version", answers->hello.version.view()},
                     {"model", answers->hello.model.view()},
@@ -182,7 +182,7 @@ void add_play_command(CLI::App& app, int& exit_code) {
       "Example: tissuectl play recordings/paper/table1 exp01 exp02 --rate 2");
   play->add_option("BUNDLE", a.bundle, "Folder with bundle.json")->type_name("")->required();
   play->add_option("TRIAL", a.trials, "Trials of the bundle, Nexus CSV or C3D")->type_name("")->required();
-  play->add_option("--rate", a.options.rate, "Times as fast as recorded; the stamps keep the recorded time")
+  play->add_option("--rate", a.options.speed, "Times as fast as recorded; the stamps keep the recorded time")
       ->type_name("X")
       ->check(in_range(1e-3, 1e3))
       ->capture_default_str();

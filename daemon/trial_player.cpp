@@ -48,7 +48,7 @@ std::optional<std::size_t> TrialPlayer::Schedule::frame_of(std::uint64_t stamp) 
 TrialPlayer::Schedule TrialPlayer::schedule_for(const Recording& recording) const {
   Schedule schedule{};
   schedule.rate_hz = recording.rate_hz();
-  schedule.speed = options_.rate;
+  schedule.speed = options_.speed;
   schedule.lead_in = static_cast<std::size_t>(std::llround(options_.lead_in * recording.rate_hz()));
   schedule.total = schedule.lead_in + recording.frame_count();
   schedule.start_ns = std::max(monotonic_ns() + kRunUp_ns, earliest_start_ns_);

@@ -16,7 +16,7 @@
 namespace tissued::daemon {
 
 struct PlayOptions {
-  double rate = 1.0;        ///< times as fast as recorded
+  double speed = 1.0;       ///< times as fast as recorded
   double lead_in = 0.0;     ///< s of the recording's opening rest, repeated, before it
   double pause = 0.6;       ///< s of silence between two trials
   double stop_after = 0.0;  ///< s of streaming in all trials together; 0: to the end of the last one

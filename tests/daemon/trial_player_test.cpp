@@ -65,15 +65,15 @@ TEST_CASE("Every frame is sent, answered and compared with its own truth") {
 }
 
 TEST_CASE("Frames leave at their deadlines") {
-  for (const double rate : {1.0, 4.0}) {
+  for (const double speed : {1.0, 4.0}) {
     PlayOptions options;
-    options.rate = rate;
+    options.speed = speed;
     Session session({}, options);
     session.player.play(session.recording);
     const auto frames = session.daemon.frames();
     REQUIRE(frames.size() == 60);
     const double took = double(frames.back().receive_ns - frames.front().receive_ns) * 1e-9;
-    CHECK(took == Approx(59.0 / 200.0 / rate).margin(0.03));
+    CHECK(took == Approx(59.0 / 200.0 / speed).margin(0.03));
     // The tracker's clock keeps the recorded pace.
     CHECK(frames.back().stamp_ns.value() - frames.front().stamp_ns.value() == 59 * 5'000'000);
   }
@@ -94,7 +94,7 @@ TEST_CASE("Answers that do not come are counted as lost, not guessed") {
 
 TEST_CASE("A second trial begins with frame 1 after a pause, and its clock runs on") {
   PlayOptions options;
-  options.rate = 4.0;
+  options.speed = 4.0;
   options.pause = 0.55;  // longer than an assembler's silence for restarts
   Session session({}, options);
   CHECK(session.player.play(session.recording).answered == 60);
@@ -109,7 +109,7 @@ TEST_CASE("A second trial begins with frame 1 after a pause, and its clock runs 
 
 TEST_CASE("The lead-in repeats the opening rest and is not compared") {
   PlayOptions options;
-  options.rate = 4.0;
+  options.speed = 4.0;
   options.lead_in = 0.125;  // 25 frames at 200 Hz
   Session session({}, options);
   const PlayedTrial played = session.player.play(session.recording);
@@ -161,7 +161,7 @@ TEST_CASE("The report counts and averages") {
   FakeDaemonScript script;
   script.answers = [](std::uint64_t frame) { return frame != 7; };
   PlayOptions options;
-  options.rate = 4.0;
+  options.speed = 4.0;
   Session session(script, options);
   PlayReport report({"T1", "T2"});
   for (int i = 0; i < 2; ++i) {
