@@ -160,6 +160,13 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
   CHECK(defaults == 31);
 }
 
+TEST_CASE("The simulators that the schema offers are those that core makes") {
+  const Json schema = Json::parse(config_schema());
+  const auto names = tissued::core::simulator_names();
+  CHECK(schema[JsonPointer("/properties/simulator/properties/kind/enum")] ==
+        Json(std::vector<std::string>(names.begin(), names.end())));
+}
+
 // valijson's verdict and the words found for it must never disagree; most mutations break the document somewhere.
 TEST_CASE("Whatever valijson refuses has words, and nothing else has") {
   const Json values =
