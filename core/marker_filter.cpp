@@ -14,7 +14,8 @@ constexpr double kPaperProcess = 3.0, kPaperMeasurement = 0.01;
 // mm^2: the open-loop error of linear tetrahedra at the markers (shared reference: 0.7 to 1.5 mm).
 constexpr double kStandardProcess = 1.0;
 
-RowMatrix rows_of(const std::vector<MaterialPoint>& points, const ModalBasis& basis, const std::vector<int>& free_index) {
+RowMatrix rows_of(const std::vector<MaterialPoint>& points, const ModalBasis& basis,
+                  const std::vector<int>& free_index) {
   RowMatrix rows = RowMatrix::Zero(static_cast<Eigen::Index>(points.size()), basis.modes());
   for (std::size_t p = 0; p < points.size(); ++p)
     for (int a = 0; a < points[p].count; ++a)
@@ -29,8 +30,8 @@ RowMatrix rows_of(const HoldableNodes& holdable, const ModalBasis& basis, const 
   return rows;
 }
 
-// a_j of A = (M + dt^2 L)^-1 M with L of the plain weights k_i = kappa + 4/3 mu: by how much the solver scales its weights
-// to converge is no statement about the tissue and must not change the estimate.
+// a_j of A = (M + dt^2 L)^-1 M with L of the plain weights k_i = kappa + 4/3 mu: by how much the solver scales its
+// weights to converge is no statement about the tissue and must not change the estimate.
 Eigen::VectorXd transition(const ModalBasis& basis, const Model& model) {
   const double dt = model.time_step();
   return (1.0 + dt * dt / model.weight_scale() * basis.lambda.array()).inverse();
@@ -52,8 +53,8 @@ double marker_prior(const RowMatrix& marker_rows, const Eigen::VectorXd& a, cons
   return (marker_rows.cwiseAbs2() * variance).mean();
 }
 
-RowMatrix process_of(const Model& model, const ModalBasis& basis, const Eigen::VectorXd& a, const RowMatrix& marker_rows,
-                     const FilterOptions& options) {
+RowMatrix process_of(const Model& model, const ModalBasis& basis, const Eigen::VectorXd& a,
+                     const RowMatrix& marker_rows, const FilterOptions& options) {
   if (options.preset == NoisePreset::paper) {
     const double size = options.process_noise > 0 ? options.process_noise : kPaperProcess;
     RowMatrix weighted = basis.shapes;  // M Phi
@@ -112,11 +113,16 @@ MarkerFilter::MarkerFilter(const Model& model, const ModalBasis& basis, const Fi
   constexpr int kSettleLimit = 2000;  // steps; the slowest mode forgets with |eigenvalue|^2 = a_1 a step
   for (int step = 0; step < kSettleLimit && !settled_; ++step) advance_covariance(1);
   initial_covariance_ = covariance_;
+  reset();
 }
 
 void MarkerFilter::reset() {
   covariance_ = initial_covariance_;
+  // The pattern of nothing seen and nothing held, with the rows that belong to it.
   std::fill(pattern_.begin(), pattern_.end(), std::uint8_t{0});
+  used_markers_.clear();
+  rows_used_ = 0;
+  last_gain_.setZero();
   settled_ = false;
 }
 
@@ -144,11 +150,12 @@ void MarkerFilter::choose_pattern(std::span<const std::uint8_t> seen, std::span<
 
 void MarkerFilter::advance_covariance(int frames) {
   for (int k = 0; k < frames; ++k) covariance_.predict(transition_);
+  if (rows_used_ == 0) return;
   covariance_.update(observed_, variances_, rows_used_);
   const auto gain = covariance_.gain_now().topRows(rows_used_);
-  constexpr double kSettled = 1e-7;  // of the largest entry of the gain
+  constexpr double kSettled = 1e-6;  // of the largest entry of the gain
   const double change = (gain - last_gain_.topRows(rows_used_)).cwiseAbs().maxCoeff();
-  const bool quiet = rows_used_ > 0 && frames == 1 && change <= kSettled * gain.cwiseAbs().maxCoeff();
+  const bool quiet = frames == 1 && change <= kSettled * gain.cwiseAbs().maxCoeff();
   last_gain_.topRows(rows_used_) = gain;
   if (quiet) settle();
 }
