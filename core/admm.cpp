@@ -28,7 +28,8 @@ AdmmWorkspace::AdmmWorkspace(const Model& model, int thread_count)
       threads(thread_count) {}
 
 int resolve_threads(int requested, int tets) {
-  constexpr int kWorthSharing = 8000;  // tetrahedra; below, waking a second thread costs what it saves (benchmark `step`)
+  constexpr int kWorthSharing =
+      8000;  // tetrahedra; below, waking a second thread costs what it saves (benchmark `step`)
   if (requested > 0) return requested;
   return tets < kWorthSharing ? 1 : std::max(1, omp_get_num_procs());
 }
@@ -93,7 +94,8 @@ double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& wor
 LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace) {
   const int blocks = static_cast<int>(model.blocks().size());
   const auto run = [&](int first, int last) {
-    return local_step(model.blocks().data(), first, last, state.x.data(), state.elements.data(), workspace.forces.data());
+    return local_step(model.blocks().data(), first, last, state.x.data(), state.elements.data(),
+                      workspace.forces.data());
   };
   if (workspace.threads == 1) return run(0, blocks);
   LocalStepResult total;
@@ -114,7 +116,8 @@ LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace&
 namespace {
 
 // r = M (x_tilde - x) / dt^2 + f_ext - D^T W^2 (Dx - z + u), rounded to the factor's precision, rows in its order.
-void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, double dt, int first, int last) {
+void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, double dt, int first,
+                   int last) {
   const double* forces = reinterpret_cast<const double*>(workspace.forces.data());
   const double per_dt2 = 1.0 / (dt * dt);
   for (int row = first; row < last; ++row) {
@@ -127,8 +130,8 @@ void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& wo
     }
     const double inertia = model.masses()[node] * per_dt2;
     for (int axis = 0; axis < 3; ++axis) {
-      const double r = sum[axis] + workspace.external(node, axis) +
-                       inertia * (workspace.x_tilde(node, axis) - state.x(node, axis));
+      const double r =
+          sum[axis] + workspace.external(node, axis) + inertia * (workspace.x_tilde(node, axis) - state.x(node, axis));
       workspace.delta[4 * static_cast<std::size_t>(row) + axis] = static_cast<float>(r);
     }
     workspace.delta[4 * static_cast<std::size_t>(row) + 3] = 0.0f;
@@ -152,7 +155,8 @@ double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspa
   HeldNodes& held = workspace.held;
   held.add_forces(workspace.delta.data());
   model.system().factor().panels().solve(workspace.delta.data());
-  for (int k = 0; k < held.count(); ++k) workspace.wanted[k] = workspace.prescribed[k] - state.x.row(held.node(k)).transpose();
+  for (int k = 0; k < held.count(); ++k)
+    workspace.wanted[k] = workspace.prescribed[k] - state.x.row(held.node(k)).transpose();
   held.enforce(workspace.delta.data(), workspace.wanted);
   float largest = 0.0f;
   for (int row = 0; row < free; ++row) {

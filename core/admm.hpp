@@ -21,10 +21,10 @@ struct AdmmState {
 
 // What a step needs beside it; everything is sized here, so that a step allocates nothing.
 struct AdmmWorkspace {
-  NodeField x_tilde;                        // (n x 4) mm, equation (2) or (20)
-  NodeField external;                       // (n x 4) mN
+  NodeField x_tilde;   // (n x 4) mm, equation (2) or (20)
+  NodeField external;  // (n x 4) mN
   std::vector<ElementForce> forces;
-  std::vector<float> delta;                 // (free x 4) mm, in the factor's order
+  std::vector<float> delta;  // (free x 4) mm, in the factor's order
   HeldNodes held;
   std::vector<std::uint8_t> held_pads;      // (pads)
   std::vector<Eigen::Vector4d> prescribed;  // (held) mm, where the held nodes must be
@@ -37,8 +37,8 @@ struct AdmmWorkspace {
 // 0: one thread below the size where a second pays, else all there are.
 int resolve_threads(int requested, int tets);
 
-// Which pads hold, which push with a force; prescribed positions and x-tilde: (2) where forces act, (20) where poses do.
-// pad_limit: mm by which a held node may move in one step; returns by how much the furthest was cut.
+// Which pads hold, which push with a force; prescribed positions and x-tilde: (2) where forces act, (20) where poses
+// do. pad_limit: mm by which a held node may move in one step; returns by how much the furthest was cut.
 double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, std::span<const PadInput> pads,
                   double dt, double pad_limit);
 

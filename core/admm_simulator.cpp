@@ -9,9 +9,9 @@ namespace tissued::core {
 
 namespace {
 
-constexpr double kPadLimit = 3.0;        // mm a held node may move in one step; a larger jump of a pad is ramped
-constexpr double kSettledMove = 0.05;    // mm; what `converged` means where no tolerance was asked for
-constexpr int kAllModesUpTo = 1200;      // free nodes; beyond, the dense eigenproblem takes minutes
+constexpr double kPadLimit = 3.0;      // mm a held node may move in one step; a larger jump of a pad is ramped
+constexpr double kSettledMove = 0.05;  // mm; what `converged` means where no tolerance was asked for
+constexpr int kAllModesUpTo = 1200;    // free nodes; beyond, the dense eigenproblem takes minutes
 constexpr int kModesOfLargeMesh = 300;
 
 int modes_for(const Model& model, int requested) {
@@ -99,8 +99,8 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   constexpr double kShortest = 0.75;
   dt = std::max(dt, kShortest * model_->time_step());
   report.pad_ramp = begin_step(*model_, state, *workspace_, observation.pads, dt, kPadLimit);
-  state.x_previous.swap(state.x);       // x_{n-1} <- x_n
-  state.x = state.x_previous;           // first guess of x_{n+1}
+  state.x_previous.swap(state.x);  // x_{n-1} <- x_n
+  state.x = state.x_previous;      // first guess of x_{n+1}
   for (int k = 0; k < iterations; ++k) {
     const LocalStepResult local = local_stage(*model_, state, *workspace_);
     report.dual_residual = global_stage(*model_, state, *workspace_, dt);

@@ -42,7 +42,7 @@ class AdmmSimulator final : public Simulator {
   std::unique_ptr<Model> model_;
   std::optional<AdmmState> state_;
   std::optional<AdmmWorkspace> workspace_;
-  std::optional<ModalBasis> basis_;     // does not depend on the time step
+  std::optional<ModalBasis> basis_;  // does not depend on the time step
   std::optional<MarkerFilter> filter_;
   NodeField last_finite_;
   std::vector<Vec3> pad_forces_;

@@ -20,7 +20,8 @@ HWY_INLINE void add_scaled(int count, double s, const double* x, double* y) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V scale = hn::Set(d, s);
   int i = 0;
-  for (; i + lanes <= count; i += lanes) hn::StoreU(hn::MulAdd(scale, hn::LoadU(d, x + i), hn::LoadU(d, y + i)), d, y + i);
+  for (; i + lanes <= count; i += lanes)
+    hn::StoreU(hn::MulAdd(scale, hn::LoadU(d, x + i), hn::LoadU(d, y + i)), d, y + i);
   for (; i < count; ++i) y[i] += s * x[i];
 }
 

@@ -1,9 +1,9 @@
-// The global step (7): one scalar matrix K = M / dt^2 + L for all three axes, L = sum_i w_i^2 G_i^T G_i, factored once on
-// the free nodes.
+// The global step (7): one scalar matrix K = M / dt^2 + L for all three axes, L = sum_i w_i^2 G_i^T G_i, factored once
+// on the free nodes.
 //
-// Every solve is for a difference: K (x_new - x) = r with r = M (x_tilde - x) / dt^2 + f - D^T W^2 (Dx - z + u), which is
-// equation (7) rearranged. The fixed point r = 0 therefore does not depend on how exactly K is inverted, nor on whether
-// the inertia in r uses the same dt as K: a measured dt needs no new factor.
+// Every solve is for a difference: K (x_new - x) = r with r = M (x_tilde - x) / dt^2 + f - D^T W^2 (Dx - z + u), which
+// is equation (7) rearranged. The fixed point r = 0 therefore does not depend on how exactly K is inverted, nor on
+// whether the inertia in r uses the same dt as K: a measured dt needs no new factor.
 #pragma once
 
 #include <limits>

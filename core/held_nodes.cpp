@@ -29,7 +29,8 @@ HoldableNodes::HoldableNodes(const SparseCholesky& factor, const std::vector<int
     const Eigen::MatrixXd answer = factor.solve(unit);
     for (int j = 0; j < width; ++j) {
       for (int k = 0; k < free; ++k)
-        columns[static_cast<std::size_t>(k) * node.size() + begin + j] = static_cast<float>(answer(factor.order()[k], j));
+        columns[static_cast<std::size_t>(k) * node.size() + begin + j] =
+            static_cast<float>(answer(factor.order()[k], j));
       for (int i = 0; i < count(); ++i) compliance(i, begin + j) = answer(free_index[node[i]], j);
     }
   }

@@ -23,9 +23,9 @@ class HoldableNodes {
 
   // Of every holdable node:
   std::vector<int> node, group;
-  std::vector<int> row;          // of the factor's order
-  std::vector<float> columns;    // (free x count) row-major, mm/mN: K^-1, rows in the factor's order
-  Eigen::MatrixXd compliance;    // (count x count) mm/mN
+  std::vector<int> row;        // of the factor's order
+  std::vector<float> columns;  // (free x count) row-major, mm/mN: K^-1, rows in the factor's order
+  Eigen::MatrixXd compliance;  // (count x count) mm/mN
 
  private:
   int group_count_;
@@ -60,7 +60,7 @@ class HeldNodes {
   Eigen::MatrixXd factor_;  // leading (count x count): Cholesky factor of the compliance of the held nodes
   std::vector<int> held_;
   int count_ = 0;
-  std::vector<Eigen::Vector4d> forces_;     // (holdable) mN; zero where not held
+  std::vector<Eigen::Vector4d> forces_;      // (holdable) mN; zero where not held
   std::vector<Eigen::Vector4d> increments_;  // (held) mN
   std::vector<float> increment_rows_;
 };

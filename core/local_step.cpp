@@ -48,7 +48,8 @@ HWY_INLINE V jacobi_rotate(D d, Matrix& b, Matrix& v, int p, int q) {
   return apq * apq / hn::MulAdd(app, aqq, tiny);
 }
 
-// Swaps columns p and q where norm_p < norm_q; one column changes sign so that det V stays 1. The warm start goes along.
+// Swaps columns p and q where norm_p < norm_q; one column changes sign so that det V stays 1. The warm start goes
+// along.
 HWY_INLINE void order_columns(Matrix& b, Matrix& v, V stretch[3], V norm[3], int p, int q) {
   const auto swap = norm[p] < norm[q];
   for (int i = 0; i < 3; ++i) {
@@ -70,8 +71,7 @@ HWY_INLINE void order_columns(Matrix& b, Matrix& v, V stretch[3], V norm[3], int
 HWY_INLINE void rotation_svd(D d, const Matrix& a, Matrix& u, V sigma[3], Matrix& v, V stretch[3]) {
   Matrix b;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      b(i, j) = hn::MulAdd(a(i, 2), v(2, j), hn::MulAdd(a(i, 1), v(1, j), a(i, 0) * v(0, j)));
+    for (int j = 0; j < 3; ++j) b(i, j) = hn::MulAdd(a(i, 2), v(2, j), hn::MulAdd(a(i, 1), v(1, j), a(i, 0) * v(0, j)));
   // Convergence is quadratic: a sweep that met no angle above 1e-4 leaves none above 1e-8, far below the Newton's needs
   // of orthogonality; the next warm start continues from there.
   const V enough = hn::Set(d, 1e-12);
@@ -124,9 +124,9 @@ HWY_INLINE Matrix deformation_gradient(D d, const ElementBlock& block, const dou
     const V e0 = hn::Load(d, &edges[0][i][lane]), e1 = hn::Load(d, &edges[1][i][lane]),
             e2 = hn::Load(d, &edges[2][i][lane]);
     for (int j = 0; j < 3; ++j) {
-      f(i, j) = hn::MulAdd(e2, hn::Load(d, &block.gradient[2][j][lane]),
-                           hn::MulAdd(e1, hn::Load(d, &block.gradient[1][j][lane]),
-                                      e0 * hn::Load(d, &block.gradient[0][j][lane])));
+      f(i, j) = hn::MulAdd(
+          e2, hn::Load(d, &block.gradient[2][j][lane]),
+          hn::MulAdd(e1, hn::Load(d, &block.gradient[1][j][lane]), e0 * hn::Load(d, &block.gradient[0][j][lane])));
     }
   }
   return f;
@@ -155,9 +155,9 @@ HWY_INLINE void store_corner_forces(D d, const ElementBlock& block, const Matrix
     for (int j = 0; j < 3; ++j) h[j] = scale * (f(i, j) - z(i, j) + u(i, j));
     V sum = hn::Zero(d);
     for (int a = 0; a < 3; ++a) {
-      const V force = hn::MulAdd(h[2], hn::Load(d, &block.gradient[a][2][lane]),
-                                 hn::MulAdd(h[1], hn::Load(d, &block.gradient[a][1][lane]),
-                                            h[0] * hn::Load(d, &block.gradient[a][0][lane])));
+      const V force = hn::MulAdd(
+          h[2], hn::Load(d, &block.gradient[a][2][lane]),
+          hn::MulAdd(h[1], hn::Load(d, &block.gradient[a][1][lane]), h[0] * hn::Load(d, &block.gradient[a][0][lane])));
       hn::Store(force, d, &out.force[a + 1][i][lane]);
       sum = sum + force;
     }

@@ -15,8 +15,8 @@ struct Innovation {
   double rms = 0.0;  // mm per axis, before the correction
 };
 
-// The covariance depends on which markers are seen and which pads hold, never on the data: when the gain has settled for
-// such a pattern it is kept, and a frame costs O(n m) until the pattern changes.
+// The covariance depends on which markers are seen and which pads hold, never on the data: when the gain has settled
+// for such a pattern it is kept, and a frame costs O(n m) until the pattern changes.
 class MarkerFilter {
  public:
   MarkerFilter(const Model& model, const ModalBasis& basis, const FilterOptions& options);
@@ -46,23 +46,23 @@ class MarkerFilter {
 
   const Model& model_;
   ModalBasis basis_;
-  double marker_variance_;            // mm^2
-  Eigen::VectorXd transition_;        // (r) a_j = 1 / (1 + dt^2 lambda_j)
+  double marker_variance_;                          // mm^2
+  Eigen::VectorXd transition_;                      // (r) a_j = 1 / (1 + dt^2 lambda_j)
   RowMatrix marker_rows_, pad_rows_, target_rows_;  // modal: C Phi, one row per marker, holdable node, target
   ModalCovariance covariance_, initial_covariance_;
   double dropped_share_ = 0.0;
 
-  std::vector<std::uint8_t> pattern_, candidate_;   // markers seen, then pads held
+  std::vector<std::uint8_t> pattern_, candidate_;  // markers seen, then pads held
   std::vector<int> used_markers_;
-  int rows_used_ = 0;                 // markers first, then pad nodes
-  RowMatrix observed_;                // (largest m x r)
+  int rows_used_ = 0;   // markers first, then pad nodes
+  RowMatrix observed_;  // (largest m x r)
   Eigen::VectorXd variances_;
   bool settled_ = false;
-  RowMatrix last_gain_;               // (largest m x r), to tell when it has settled
+  RowMatrix last_gain_;                 // (largest m x r), to tell when it has settled
   RowMatrix nodal_now_, nodal_before_;  // (free x markers): the settled gain at the nodes
   std::vector<double> settled_target_variance_;
 
-  std::vector<Eigen::Vector4d> innovation_;              // (markers used)
+  std::vector<Eigen::Vector4d> innovation_;                                             // (markers used)
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> modal_now_, modal_before_;  // (r x 4)
 };
 

@@ -37,7 +37,8 @@ Vec3 rest_position(const TetMesh& mesh, const MaterialPoint& point) {
 
 namespace {
 
-// Barycentric coordinates of the point of triangle (a, b, c) closest to p (Ericson, Real-Time Collision Detection 5.1.5).
+// Barycentric coordinates of the point of triangle (a, b, c) closest to p (Ericson, Real-Time Collision
+// Detection 5.1.5).
 std::array<double, 3> closest_in_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -68,8 +69,7 @@ std::array<double, 3> closest_in_triangle(const Vec3& a, const Vec3& b, const Ve
 }
 
 MaterialPoint on_facet(const TetMesh& mesh, const Triangle& facet, const Vec3& position) {
-  const auto weights =
-      closest_in_triangle(mesh.node(facet[0]), mesh.node(facet[1]), mesh.node(facet[2]), position);
+  const auto weights = closest_in_triangle(mesh.node(facet[0]), mesh.node(facet[1]), mesh.node(facet[2]), position);
   MaterialPoint point;
   point.count = 3;
   for (int a = 0; a < 3; ++a) {

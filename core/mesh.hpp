@@ -20,8 +20,8 @@ struct SurfaceGroup {
 
 struct TetMesh {
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> rest;  // (n x 3) mm, tissue frame
-  std::vector<Tet> tets;                                          // positive volume
-  std::vector<SurfaceGroup> surfaces;                             // named facets: base, skin, pads
+  std::vector<Tet> tets;                                           // positive volume
+  std::vector<SurfaceGroup> surfaces;                              // named facets: base, skin, pads
 
   int node_count() const { return static_cast<int>(rest.rows()); }
   int tet_count() const { return static_cast<int>(tets.size()); }

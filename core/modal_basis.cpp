@@ -1,7 +1,7 @@
 #include "core/modal_basis.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Spectra/SymEigsSolver.h>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 namespace tissued::core {

@@ -8,9 +8,10 @@
 namespace tissued::core {
 
 struct ModalBasis {
-  Eigen::VectorXd lambda;                                                          // (r) 1/s2, ascending
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shapes;   // (free x r) 1/sqrt(kg); Phi^T M Phi = I
-  bool complete = false;                                                           // r equals the number of free nodes
+  Eigen::VectorXd lambda;  // (r) 1/s2, ascending
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>
+      shapes;             // (free x r) 1/sqrt(kg); Phi^T M Phi = I
+  bool complete = false;  // r equals the number of free nodes
 
   int modes() const { return static_cast<int>(lambda.size()); }
 };

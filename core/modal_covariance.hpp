@@ -31,9 +31,9 @@ class ModalCovariance {
  private:
   RowMatrix process_now_, process_before_;
   RowMatrix now_, cross_, before_;
-  RowMatrix y_now_, y_before_;            // (largest m x r): H P, later L^-1 H P
+  RowMatrix y_now_, y_before_;  // (largest m x r): H P, later L^-1 H P
   RowMatrix gain_now_, gain_before_;
-  Eigen::MatrixXd innovation_;            // (largest m x largest m)
+  Eigen::MatrixXd innovation_;  // (largest m x largest m)
 };
 
 }  // namespace tissued::core

@@ -21,7 +21,8 @@ std::string format_mm(double value) {
 const Scene& checked(const Scene& scene) {
   const Material& m = scene.material;
   if (!(m.youngs_modulus > 0)) throw ModelError("material.youngs_modulus must be above 0 kPa");
-  if (!(m.poissons_ratio > -1 && m.poissons_ratio < 0.5)) throw ModelError("material.poissons_ratio must be in (-1, 0.5)");
+  if (!(m.poissons_ratio > -1 && m.poissons_ratio < 0.5))
+    throw ModelError("material.poissons_ratio must be in (-1, 0.5)");
   if (!(m.density > 0)) throw ModelError("material.density must be above 0 g/cm3");
   if (!scene.gravity.allFinite()) throw ModelError("gravity must be finite");
   if (scene.mesh.tets.empty()) throw ModelError("the mesh holds no tetrahedra");

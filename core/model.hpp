@@ -19,16 +19,16 @@ class Model {
   const Scene& scene() const { return scene_; }
   double time_step() const { return system_.time_step(); }
   double weight_scale() const { return weight_scale_; }
-  const Eigen::VectorXd& masses() const { return masses_; }                  // (n) kg
+  const Eigen::VectorXd& masses() const { return masses_; }  // (n) kg
   const std::vector<ElementBlock>& blocks() const { return blocks_; }
   const GlobalSystem& system() const { return system_; }
-  const HoldableNodes& holdable() const { return holdable_; }                // groups: pads
+  const HoldableNodes& holdable() const { return holdable_; }  // groups: pads
   const std::vector<std::vector<int>>& pad_nodes() const { return pad_nodes_; }
   const std::vector<std::vector<double>>& pad_shares() const { return pad_shares_; }  // of a pad's force, by facet area
   const std::vector<MaterialPoint>& marker_points() const { return marker_points_; }
   const std::vector<MaterialPoint>& target_points() const { return target_points_; }
-  const NodeField& rest() const { return rest_; }                            // (n x 4) mm
-  Eigen::Vector4d acceleration() const;                                      // mm/s2, of gravity
+  const NodeField& rest() const { return rest_; }  // (n x 4) mm
+  Eigen::Vector4d acceleration() const;            // mm/s2, of gravity
 
  private:
   Scene scene_;

@@ -13,7 +13,8 @@ namespace tissued::core {
 inline double strain_energy_density(const Material& m, const Mat3& f) {
   const double j = f.determinant();
   if (!(j > 0)) return std::numeric_limits<double>::infinity();
-  return 0.5 * m.shear_modulus() * (f.squaredNorm() / std::cbrt(j * j) - 3.0) + 0.5 * m.bulk_modulus() * (j - 1) * (j - 1);
+  return 0.5 * m.shear_modulus() * (f.squaredNorm() / std::cbrt(j * j) - 3.0) +
+         0.5 * m.bulk_modulus() * (j - 1) * (j - 1);
 }
 
 // First Piola-Kirchhoff stress, kPa: the derivative of (11) with respect to F. det F > 0.

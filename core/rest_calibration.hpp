@@ -52,9 +52,9 @@ class RestCalibration {
   void refit();
 
   std::vector<Vec3> rest_;
-  std::vector<Vec3> sums_;      // tracker
+  std::vector<Vec3> sums_;  // tracker
   std::vector<int> counts_;
-  std::vector<Vec3> offsets_;   // tissue
+  std::vector<Vec3> offsets_;  // tissue
   std::vector<Vec3> from_, to_;
   double placement_variance_, noise_variance_;
   RigidTransform initial_;

@@ -15,8 +15,8 @@ struct Material {
   double poissons_ratio = 0.45;
   double density = 1.0;  // g/cm3
 
-  double shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }        // kPa
-  double bulk_modulus() const { return youngs_modulus / (3.0 * (1.0 - 2.0 * poissons_ratio)); }   // kPa
+  double shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }       // kPa
+  double bulk_modulus() const { return youngs_modulus / (3.0 * (1.0 - 2.0 * poissons_ratio)); }  // kPa
 };
 
 // An actuator: a rigid plate glued to the nodes of the facets of a surface group.

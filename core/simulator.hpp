@@ -13,19 +13,19 @@
 namespace tissued::core {
 
 // How Algorithm 1 counts: `algorithm_1` as printed (one ADMM iteration and one filter update per n; n is both iteration
-// and time step, so a frame's time is shared out over its iterations), `per_frame` (several iterations at fixed x-tilde,
-// one filter update per tracker frame).
+// and time step, so a frame's time is shared out over its iterations), `per_frame` (several iterations at fixed
+// x-tilde, one filter update per tracker frame).
 enum class Scheme { per_frame, algorithm_1 };
 
 enum class NoisePreset { paper, standard };
 
 struct SolverOptions {
   Scheme scheme = Scheme::per_frame;
-  int iterations = 10;          // ADMM iterations a step at most (of algorithm-1: iterations a frame)
-  double tolerance = 0.0;       // mm; stop earlier when the residuals fall below it; 0: always all iterations
-  double time_step = 0.01;      // s, nominal: what the global step is factored for
-  double weight_scale = 4.0;    // ADMM weights w_i^2 = weight_scale (kappa + 4/3 mu) V_i; 1 cycles on large pushes
-  int threads = 0;              // of the parallel loops; 0: chosen by the size of the mesh
+  int iterations = 10;        // ADMM iterations a step at most (of algorithm-1: iterations a frame)
+  double tolerance = 0.0;     // mm; stop earlier when the residuals fall below it; 0: always all iterations
+  double time_step = 0.01;    // s, nominal: what the global step is factored for
+  double weight_scale = 4.0;  // ADMM weights w_i^2 = weight_scale (kappa + 4/3 mu) V_i; 1 cycles on large pushes
+  int threads = 0;            // of the parallel loops; 0: chosen by the size of the mesh
 };
 
 struct FilterOptions {
@@ -45,9 +45,9 @@ struct SimulatorOptions {
 struct PadInput {
   enum class Kind : std::uint8_t { absent, pose, force };  // absent: off the skin
   Kind kind = Kind::absent;
-  Vec3 center = Vec3::Zero();         // mm, tissue; where the pad's center is now (kind pose)
-  Mat3 rotation = Mat3::Identity();   // tissue, relative to the rest pose (kind pose)
-  Vec3 force = Vec3::Zero();          // N, of the pad on the tissue (kind force)
+  Vec3 center = Vec3::Zero();        // mm, tissue; where the pad's center is now (kind pose)
+  Mat3 rotation = Mat3::Identity();  // tissue, relative to the rest pose (kind pose)
+  Vec3 force = Vec3::Zero();         // N, of the pad on the tissue (kind force)
 };
 
 // One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], markers[i].
@@ -66,19 +66,19 @@ struct Observation {
 
 struct StepReport {
   int iterations = 0;
-  double primal_residual = 0.0;     // mm; largest |Dx - z| of an element times its edge length
-  double dual_residual = 0.0;       // mm; largest move of a node in the last iteration
-  bool converged = false;           // both below the tolerance (or below 0.05 mm where it is 0)
-  bool finite = true;               // false: the state was not finite; it holds the last finite one
-  int inverted = 0;                 // elements with det(Dx) <= 0 at the end of the step
-  int markers_used = 0;             // 0 in open loop
-  double innovation_rms = 0.0;      // mm per axis, of the markers used, before the correction
-  double pad_ramp = 0.0;            // mm by which a pad is ahead of the simulated one because its jump is ramped
+  double primal_residual = 0.0;  // mm; largest |Dx - z| of an element times its edge length
+  double dual_residual = 0.0;    // mm; largest move of a node in the last iteration
+  bool converged = false;        // both below the tolerance (or below 0.05 mm where it is 0)
+  bool finite = true;            // false: the state was not finite; it holds the last finite one
+  int inverted = 0;              // elements with det(Dx) <= 0 at the end of the step
+  int markers_used = 0;          // 0 in open loop
+  double innovation_rms = 0.0;   // mm per axis, of the markers used, before the correction
+  double pad_ramp = 0.0;         // mm by which a pad is ahead of the simulated one because its jump is ramped
 };
 
 struct TargetEstimate {
-  Vec3 position;                     // mm, tissue
-  Mat3 covariance = Mat3::Zero();    // mm^2; zero in open loop: nothing is claimed
+  Vec3 position;                   // mm, tissue
+  Mat3 covariance = Mat3::Zero();  // mm^2; zero in open loop: nothing is claimed
 };
 
 class Simulator {
@@ -93,10 +93,10 @@ class Simulator {
   virtual void set_time_step(double time_step) = 0;
   virtual double time_step() const = 0;
 
-  virtual const NodeField& positions() const = 0;                // (n x 4) mm, tissue
+  virtual const NodeField& positions() const = 0;  // (n x 4) mm, tissue
   virtual TargetEstimate target(int index) const noexcept = 0;
-  virtual Vec3 marker(int index) const noexcept = 0;             // mm, tissue; the model's, not the measured one
-  virtual Vec3 pad_force(int index) const noexcept = 0;          // N, of the pad on the tissue; zero when absent
+  virtual Vec3 marker(int index) const noexcept = 0;     // mm, tissue; the model's, not the measured one
+  virtual Vec3 pad_force(int index) const noexcept = 0;  // N, of the pad on the tissue; zero when absent
   // FNV-1a over the bits of the state: equal hashes prove an equal run.
   virtual std::uint64_t state_hash() const noexcept = 0;
 };

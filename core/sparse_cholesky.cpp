@@ -6,9 +6,6 @@
 
 #include "core/types.hpp"
 
-// Present where the BLAS is OpenBLAS. Its own threads would spin beside the simulation's.
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
-
 namespace tissued::core {
 
 struct SparseCholesky::Factor {
@@ -19,7 +16,6 @@ struct SparseCholesky::Factor {
   SupernodalPanels panels;
 
   Factor() {
-    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
     cholmod_start(&common);
     common.supernodal = CHOLMOD_SUPERNODAL;
     common.final_ll = 1;
@@ -66,7 +62,9 @@ SupernodalPanels repack(const cholmod_factor& factor) {
     const int total_rows = pi[k + 1] - pi[k];
     panel.rows = total_rows - panel.columns;
     out.largest_panel = std::max(out.largest_panel, panel.columns);
-    const auto entry = [&](int row, int column) { return x[px[k] + static_cast<std::ptrdiff_t>(column) * total_rows + row]; };
+    const auto entry = [&](int row, int column) {
+      return x[px[k] + static_cast<std::ptrdiff_t>(column) * total_rows + row];
+    };
     panel.triangle = static_cast<std::int64_t>(out.values.size());
     for (int row = 0; row < panel.columns; ++row) {
       for (int column = 0; column < panel.columns; ++column) {
@@ -78,7 +76,8 @@ SupernodalPanels repack(const cholmod_factor& factor) {
     panel.row_list = static_cast<std::int64_t>(out.rows.size());
     for (int row = panel.columns; row < total_rows; ++row) {
       out.rows.push_back(s[pi[k] + row]);
-      for (int column = 0; column < panel.columns; ++column) out.values.push_back(static_cast<float>(entry(row, column)));
+      for (int column = 0; column < panel.columns; ++column)
+        out.values.push_back(static_cast<float>(entry(row, column)));
     }
     out.panels.push_back(panel);
   }

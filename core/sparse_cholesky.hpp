@@ -1,4 +1,5 @@
-// Factors the global matrix once (CHOLMOD, METIS ordering) and solves with it many times, three right-hand sides at once.
+// Factors the global matrix once (CHOLMOD, METIS ordering) and solves with it many times, three right-hand sides at
+// once.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +15,7 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 // works on differences, x += K^-1 (residual in double), so single precision costs no accuracy: only K^-1's is rounded.
 struct SupernodalPanels {
   struct Panel {
-    int first_column;       // of the factor
+    int first_column;  // of the factor
     int columns;
     int rows;               // below the triangle
     std::int64_t triangle;  // offset into values: columns x columns row-major, diagonal inverted

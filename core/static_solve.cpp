@@ -24,7 +24,8 @@ void gradients(const Model& model, const NodeField& x, Eigen::VectorXd& out) {
         for (int j = 0; j < 3; ++j) {
           double sum = 0.0;
           for (int a = 0; a < 3; ++a)
-            sum += (x.data()[block.row[a + 1][lane] + i] - x.data()[block.row[0][lane] + i]) * block.gradient[a][j][lane];
+            sum +=
+                (x.data()[block.row[a + 1][lane] + i] - x.data()[block.row[0][lane] + i]) * block.gradient[a][j][lane];
           out[static_cast<Eigen::Index>(b) * kElementSize + (3 * i + j) * kLanes + lane] = sum;
         }
       }
@@ -189,7 +190,8 @@ std::vector<PadInput> scaled(const Scene& scene, std::span<const PadInput> pads,
 int load_steps(const Scene& scene, std::span<const PadInput> pads, double load_step) {
   double furthest = 0.0;
   for (std::size_t p = 0; p < pads.size(); ++p)
-    if (pads[p].kind == PadInput::Kind::pose) furthest = std::max(furthest, (pads[p].center - scene.pads[p].center).norm());
+    if (pads[p].kind == PadInput::Kind::pose)
+      furthest = std::max(furthest, (pads[p].center - scene.pads[p].center).norm());
   return std::max(1, static_cast<int>(std::ceil(furthest / load_step - 1e-9)));
 }
 
@@ -213,8 +215,8 @@ class StallWatch {
 
 std::string describe_trouble(const char* what, const StaticSolution& solution, double load) {
   char text[200];
-  std::snprintf(text, sizeof text, "%s after %d iterations at %.0f %% of the load, weights x %g: residual %.3g mm", what,
-                solution.iterations, 100.0 * load, solution.weight_scale, solution.residual);
+  std::snprintf(text, sizeof text, "%s after %d iterations at %.0f %% of the load, weights x %g: residual %.3g mm",
+                what, solution.iterations, 100.0 * load, solution.weight_scale, solution.residual);
   return text;
 }
 

@@ -95,7 +95,8 @@ HWY_INLINE void backward_below(const float* l, const std::int32_t* rows, int cou
       odd = hn::NegMulAdd(hn::Set(d, entry[columns]), hn::LoadU(d, x + 4 * rows[r + 1]), odd);
     }
     if (r < count)
-      even = hn::NegMulAdd(hn::Set(d, l[static_cast<std::ptrdiff_t>(r) * columns + c]), hn::LoadU(d, x + 4 * rows[r]), even);
+      even = hn::NegMulAdd(hn::Set(d, l[static_cast<std::ptrdiff_t>(r) * columns + c]), hn::LoadU(d, x + 4 * rows[r]),
+                           even);
     hn::StoreU(even + odd, d, panel + 4 * c);
   }
 }
