@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint64_t kGrace_ns = 300'000'000;  // for answers after the last frame
 constexpr std::uint64_t kGlance_ns = 50'000'000;  // how often a waiting receiver looks up
+constexpr double kFrameRounding = 1e-6;           // s, of sums of frame periods
 constexpr std::uint64_t kRunUp_ns = 20'000'000;   // before the first frame
 
 std::uint64_t to_ns(double seconds) { return static_cast<std::uint64_t>(std::llround(seconds * 1e9)); }
@@ -57,7 +58,7 @@ TrialPlayer::Schedule TrialPlayer::schedule_for(const Recording& recording) cons
 }
 
 bool TrialPlayer::finished() const {
-  return stop_.requested() || (options_.stop_after > 0.0 && streamed_ >= options_.stop_after);
+  return stop_.requested() || (options_.stop_after > 0.0 && streamed_ >= options_.stop_after - kFrameRounding);
 }
 
 PlayedTrial TrialPlayer::play(const Recording& recording) {
@@ -88,9 +89,10 @@ PlayedTrial TrialPlayer::play(const Recording& recording) {
 
 void TrialPlayer::send_all(const Recording& recording, const Schedule& schedule, Progress& progress) {
   protocol::TrackerFrame frame;
-  const double left = options_.stop_after > 0.0 ? options_.stop_after - streamed_ : INFINITY;
+  const double left = options_.stop_after > 0.0 ? options_.stop_after - streamed_ : INFINITY;  // s
+  const double limit = std::round(left * schedule.rate_hz * schedule.speed);                   // frames
   for (std::size_t i = 0; i < schedule.total && !stop_.requested(); ++i) {
-    if (static_cast<double>(i) >= left * schedule.rate_hz * schedule.speed) return;
+    if (static_cast<double>(i) >= limit) return;
     const std::size_t source = i < schedule.lead_in ? i % recording.opening_rest() : i - schedule.lead_in;
     const bool fits = recording.fill(source, options_.items, frame);
     frame.frame_number = static_cast<std::uint32_t>(i + 1);
