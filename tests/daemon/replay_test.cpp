@@ -1,0 +1,126 @@
+// A recorded trial through the simulators: the same bits whatever the number of threads, and the filter earns its keep.
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "config/bundle.hpp"
+#include "core/rest_calibration.hpp"
+#include "core/simulator.hpp"
+#include "daemon/scene_loader.hpp"
+#include "protocol/nexus_csv.hpp"
+
+namespace {
+
+using namespace tissued;
+namespace fs = std::filesystem;
+
+const fs::path kBundle = fs::path(TISSUED_SHARED_DATA) / "recordings/paper/table1";
+
+core::Vec3 at(const protocol::Trial& trial, std::size_t frame, std::size_t label) {
+  return core::Vec3(trial.position(frame, label).data());
+}
+
+class Replay {
+ public:
+  Replay(const core::Scene& scene, const protocol::Trial& trial) : scene_(scene), trial_(trial) {
+    std::vector<core::Vec3> rest;
+    for (const core::Marker& marker : scene.markers) rest.push_back(marker.rest);
+    calibration_.emplace(rest, 0.5, scene.marker_noise, core::RigidTransform{}, false);
+    observation_.resize_for(scene);
+    raw_.resize(scene.markers.size());
+    read(0);
+    calibration_->add(raw_, observation_.marker_seen);
+  }
+
+  const core::Observation& frame(std::size_t f) {
+    read(f);
+    for (std::size_t m = 0; m < raw_.size(); ++m)
+      observation_.markers[m] = calibration_->to_model(static_cast<int>(m), raw_[m]);
+    return observation_;
+  }
+
+ private:
+  void read(std::size_t f) {
+    for (std::size_t p = 0; p < scene_.pads.size(); ++p) {
+      const auto label = trial_.find_label(scene_.pads[p].name);
+      observation_.pads[p].kind = label ? core::PadInput::Kind::pose : core::PadInput::Kind::absent;
+      if (label) observation_.pads[p].center = at(trial_, f, *label);
+    }
+    for (std::size_t m = 0; m < raw_.size(); ++m) {
+      const auto label = trial_.find_label(scene_.markers[m].name);
+      observation_.marker_seen[m] = label && trial_.is_seen(f, *label);
+      if (observation_.marker_seen[m]) raw_[m] = at(trial_, f, *label);
+    }
+  }
+
+  const core::Scene& scene_;
+  const protocol::Trial& trial_;
+  std::optional<core::RestCalibration> calibration_;
+  core::Observation observation_;
+  std::vector<core::Vec3> raw_;
+};
+
+std::vector<std::uint64_t> hashes(const core::Scene& scene, const protocol::Trial& trial,
+                                  core::SimulatorOptions options, int threads) {
+  options.solver.threads = threads;
+  const auto simulator = core::make_simulator(scene, options);
+  Replay replay(scene, trial);
+  std::vector<std::uint64_t> all;
+  for (std::size_t f = 0; f < trial.frame_count; f += 2) {
+    simulator->step(replay.frame(f));
+    all.push_back(simulator->state_hash());
+  }
+  return all;
+}
+
+// mm, error of the mean over the hold (frames 150 to 250 of table1's trials), averaged over the targets.
+double hold_error(const core::Scene& scene, const protocol::Trial& trial, const core::SimulatorOptions& options) {
+  const auto simulator = core::make_simulator(scene, options);
+  Replay replay(scene, trial);
+  std::vector<core::Vec3> difference(scene.targets.size(), core::Vec3::Zero());
+  for (std::size_t f = 0; f < 250; ++f) {
+    simulator->step(replay.frame(f));
+    if (f < 150) continue;
+    for (std::size_t t = 0; t < scene.targets.size(); ++t)
+      difference[t] += (simulator->target(static_cast<int>(t)).position -
+                        at(trial, f, trial.find_label(scene.targets[t].name).value())) /
+                       100.0;
+  }
+  double sum = 0.0;
+  for (const core::Vec3& d : difference) sum += d.norm();
+  return sum / static_cast<double>(difference.size());
+}
+
+}  // namespace
+
+TEST_CASE("a replay gives the same bits, run twice, on one thread and on two") {
+  if (!fs::exists(kBundle)) {
+    WARN("skipped: no recordings in " << kBundle);
+    return;
+  }
+  const core::Scene scene = daemon::load_scene(config::load_bundle(kBundle));
+  const protocol::Trial trial = protocol::read_nexus_csv(kBundle / "exp12.csv");
+  core::SimulatorOptions options;
+  options.kind = GENERATE("admm", "kf-admm");
+  const auto once = hashes(scene, trial, options, 1);
+  CHECK(once == hashes(scene, trial, options, 1));
+  CHECK(once == hashes(scene, trial, options, 2));
+  CHECK(once.front() != once.back());
+}
+
+TEST_CASE("the filter brings concealed targets nearer, by both presets") {
+  if (!fs::exists(kBundle)) {
+    WARN("skipped: no recordings in " << kBundle);
+    return;
+  }
+  const core::Scene scene = daemon::load_scene(config::load_bundle(kBundle));
+  const protocol::Trial trial = protocol::read_nexus_csv(kBundle / "exp03.csv");
+  core::SimulatorOptions open;
+  open.kind = "admm";
+  const double before = hold_error(scene, trial, open);
+  core::SimulatorOptions standard;
+  CHECK(hold_error(scene, trial, standard) < 0.6 * before);
+  core::SimulatorOptions paper;
+  paper.filter.preset = core::NoisePreset::paper;
+  paper.solver.scheme = core::Scheme::algorithm_1;
+  CHECK(hold_error(scene, trial, paper) < 0.6 * before);
+}
