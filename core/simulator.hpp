@@ -68,7 +68,7 @@ struct StepReport {
   int iterations = 0;
   double primal_residual = 0.0;  // mm; largest |Dx - z| of an element times its edge length
   double dual_residual = 0.0;    // mm; largest move of a node in the last iteration
-  bool converged = false;        // both below the tolerance (or below 0.05 mm where it is 0)
+  bool converged = false;        // both below the tolerance (or below 0.1 mm where it is 0)
   bool finite = true;            // false: the state was not finite; it holds the last finite one
   int inverted = 0;              // elements with det(Dx) <= 0 at the end of the step
   int markers_used = 0;          // 0 in open loop
