@@ -10,7 +10,7 @@ namespace tissued::core {
 namespace {
 
 constexpr double kPadLimit = 3.0;      // mm a held node may move in one step; a larger jump of a pad is ramped
-constexpr double kSettledMove = 0.05;  // mm; what `converged` means where no tolerance was asked for
+constexpr double kSettledMove = 0.1;  // mm; what `converged` means where no tolerance was asked for
 constexpr int kAllModesUpTo = 1200;    // free nodes; beyond, the dense eigenproblem takes minutes
 constexpr int kModesOfLargeMesh = 300;
 
