@@ -32,8 +32,6 @@ class MarkerFilter {
   // Covariance of the whole state, for tests and studies.
   const ModalCovariance& covariance() const { return covariance_; }
   const ModalBasis& basis() const { return basis_; }
-  // Of the prior variance at the markers, the share that the modes left out would have carried (0 with all modes).
-  double dropped_share() const { return dropped_share_; }
 
   static constexpr double kPadNoise = 1e-3;  // mm, standard deviation
 
@@ -50,7 +48,6 @@ class MarkerFilter {
   Eigen::VectorXd transition_;                      // (r) a_j = 1 / (1 + dt^2 lambda_j)
   RowMatrix marker_rows_, pad_rows_, target_rows_;  // modal: C Phi, one row per marker, holdable node, target
   ModalCovariance covariance_, initial_covariance_;
-  double dropped_share_ = 0.0;
 
   std::vector<std::uint8_t> pattern_, candidate_;  // markers seen, then pads held
   std::vector<int> used_markers_;

@@ -70,7 +70,7 @@ struct StepReport {
   double dual_residual = 0.0;    // mm; largest move of a node in the last iteration
   bool converged = false;        // both below the tolerance (or below 0.1 mm where it is 0)
   bool finite = true;            // false: the state was not finite; it holds the last finite one
-  int inverted = 0;              // elements with det(Dx) <= 0 at the end of the step
+  int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began
   int markers_used = 0;          // 0 in open loop
   double innovation_rms = 0.0;   // mm per axis, of the markers used, before the correction
   double pad_ramp = 0.0;         // mm by which a pad is ahead of the simulated one because its jump is ramped

@@ -61,7 +61,7 @@ TEST_CASE("Before any frame the answer is the rest shape, and says that there is
   CHECK(bench.answer.pads.empty());
 }
 
-TEST_CASE("Names find their markers, pads and targets; what the scene does not have is counted") {
+TEST_CASE("Names find their markers, pads and targets, what the scene does not have is counted") {
   Bench bench;
   bench.config.unused_markers = {"M9"};
   const Answer& answer = bench.process(FrameBuilder(7)
@@ -121,7 +121,7 @@ TEST_CASE("A known pose of the tracker turns what comes in, and what goes out ba
   CHECK(mesh.tracker_frame == 1);
 }
 
-TEST_CASE("A fitted registration is found from markers at rest; before there is one nothing is fed") {
+TEST_CASE("A fitted registration is found from markers at rest, before there is one nothing is fed") {
   Bench bench;
   bench.config.registration.fit = true;
   core::RigidTransform tracker_from_tissue;
@@ -257,7 +257,7 @@ TEST_CASE("A step that is not finite holds the last good answer") {
   CHECK(bench.answer.tracker_frame == 3);
 }
 
-TEST_CASE("A tracker that changed its rate gets another time step; a refusal is counted and survived") {
+TEST_CASE("A tracker that changed its rate gets another time step, a refusal is counted and survived") {
   Bench bench;
   const bool refused = GENERATE(false, true);
   bench.simulator.refuse_time_step = refused;
@@ -271,7 +271,7 @@ TEST_CASE("A tracker that changed its rate gets another time step; a refusal is 
   CHECK(bench.last().dt == Approx(0.02));
 }
 
-TEST_CASE("A long gap is clamped and counted; a clock that runs back is, too") {
+TEST_CASE("A long gap is clamped and counted, a clock that runs back is, too") {
   Bench bench;
   bench.process(rest_frame(1));
   bench.process(rest_frame(2).stamp(9000 * kMs));

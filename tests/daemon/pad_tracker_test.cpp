@@ -42,7 +42,7 @@ Mat3 turn(double degrees, const Vec3& axis) {
 
 }  // namespace
 
-TEST_CASE("A pad never seen is absent; one seen is a pose in tissue coordinates") {
+TEST_CASE("A pad never seen is absent, one seen is a pose in tissue coordinates") {
   OnePad pad;
   CHECK(pad.finish().kind == Kind::absent);
   core::RigidTransform t{turn(90, Vec3::UnitZ()), Vec3(1, 2, 3)};

@@ -123,7 +123,7 @@ TEST_CASE("A subscription to mesh and status brings both, the mesh of every fram
   CHECK(status.uptime_ns > 0);
 }
 
-TEST_CASE("64 subscribers all get every frame; there is no room for a 65th until one leaves") {
+TEST_CASE("64 subscribers all get every frame, there is no room for a 65th until one leaves") {
   auto config = small_config();
   config.clients.max_subscribers = 64;
   RunningDaemon daemon(config);
@@ -151,7 +151,7 @@ TEST_CASE("64 subscribers all get every frame; there is no room for a 65th until
   CHECK(daemon.count(Count::sends_failed) == 0);
 }
 
-TEST_CASE("A lease that nobody renews ends; one that is renewed goes on") {
+TEST_CASE("A lease that nobody renews ends, one that is renewed goes on") {
   auto config = small_config();
   config.clients.lease = 300ms;
   RunningDaemon daemon(config);
@@ -214,7 +214,7 @@ TEST_CASE("Datagrams to one client are numbered without a gap, in one session") 
   }
 }
 
-TEST_CASE("A request that the network doubled is answered once; one that overtook a later one does not undo it") {
+TEST_CASE("A request that the network doubled is answered once, one that overtook a later one does not undo it") {
   RunningDaemon daemon;
   FakeClient client(daemon.runtime.client_port());
   std::array<std::uint8_t, protocol::kMaxDatagram> buffer;

@@ -96,7 +96,7 @@ TEST_CASE("A burst that waits in the socket is taken at once, and its newest fra
   CHECK(daemon.count(Count::frames_stepped) + daemon.count(Count::frames_skipped) == 100);
 }
 
-TEST_CASE("A frame in two datagrams is joined, in either order; without its second half it is partial") {
+TEST_CASE("A frame in two datagrams is joined, in either order, without its second half it is partial") {
   RunningDaemon daemon;
   FakeTracker tracker(daemon.runtime.tracker_port());
   FakeClient client(daemon.runtime.client_port());

@@ -82,7 +82,7 @@ TEST_CASE("A mesh file that is not there is named") {
   CHECK_THROWS_WITH(daemon::load_scene(bundle), Contains("nowhere.msh"));
 }
 
-TEST_CASE("A marker set keeps the scene's order; an unknown one is refused with the names there are") {
+TEST_CASE("A marker set keeps the scene's order, an unknown one is refused with the names there are") {
   const TemporaryFolder folder;
   const auto bundle = bundle_with(folder.write("mesh.msh", kMesh));
   core::Scene scene = daemon::load_scene(bundle);

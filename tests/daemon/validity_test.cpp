@@ -52,7 +52,7 @@ TEST_CASE("A frame stamped after now is of age zero") {
   CHECK(verdict.validity == Validity::valid);
 }
 
-TEST_CASE("Reasons degrade; a step thrown away or a missing registration makes invalid") {
+TEST_CASE("Reasons degrade, a step thrown away or a missing registration makes invalid") {
   for (unsigned bit = 0; bit < protocol::kValidityReasonCount; ++bit) {
     const auto reason = static_cast<std::uint16_t>(1u << bit);
     const bool fatal = reason == ValidityReason::kDiverged || reason == ValidityReason::kNotRegistered;

@@ -72,7 +72,7 @@ TEST_CASE("Frames without an answer are counted by their numbers") {
   CHECK(restarted.frames() == 4);
 }
 
-TEST_CASE("The same answer twice is one frame; a question's answer is none") {
+TEST_CASE("The same answer twice is one frame, a question's answer is none") {
   WatchStatistics statistics = after_frames({1, 2, 2, 2});
   CHECK(statistics.frames() == 2);
   statistics.add_asked(answer_to(9, 0.2));

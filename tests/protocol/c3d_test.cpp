@@ -139,7 +139,7 @@ TEST_CASE("parameters come in any order, in any case, with empty arrays and lock
   CHECK(trial.position(0, 0) == Vector{1, 2, 3});
 }
 
-TEST_CASE("labels beyond 255 stand in LABELS2 and on; points without one are numbered") {
+TEST_CASE("labels beyond 255 stand in LABELS2 and on, points without one are numbered") {
   C3dFile file = labelled_file(600);
   file.parameter_blocks = 12;
   std::vector<std::vector<std::string>> labels(3);
