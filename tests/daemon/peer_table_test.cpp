@@ -23,7 +23,7 @@ TEST_CASE("A client keeps its place and its sequence") {
 }
 
 TEST_CASE(
-    "Subscribers are never forgotten; visitors are, the longest silent first, and their sequence does not go back") {
+    "Subscribers are never forgotten, visitors are, the longest silent first, and their sequence does not go back") {
   PeerTable table(2);
   REQUIRE(table.subscribe(table.hear(at_port(1), 1), Grant{}));
   table.hear(at_port(2), 2).next_sequence = 1000;
