@@ -74,7 +74,7 @@ HWY_INLINE void rotation_svd(D d, const Matrix& a, Matrix& u, V sigma[3], Matrix
     for (int j = 0; j < 3; ++j) b(i, j) = hn::MulAdd(a(i, 2), v(2, j), hn::MulAdd(a(i, 1), v(1, j), a(i, 0) * v(0, j)));
   // Convergence is quadratic: a sweep that met no angle above 1e-4 leaves none above 1e-8, far below the Newton's needs
   // of orthogonality; the next warm start continues from there.
-  const V enough = hn::Set(d, 1e-12);
+  const V enough = hn::Set(d, 1e-8);
   for (int sweep = 0; sweep < 8; ++sweep) {
     V worst = jacobi_rotate(d, b, v, 0, 1);
     worst = hn::Max(worst, jacobi_rotate(d, b, v, 0, 2));

@@ -99,7 +99,7 @@ template <class D, class Energy, class V = hn::Vec<D>>
 HWY_INLINE int minimise_stretches(D d, const Energy& energy, V k, const V sigma[3], V s[3]) {
   constexpr int kNewtonLimit = 30, kBacktrackLimit = 20;
   const V one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), zero = hn::Zero(d);
-  const V enough = hn::Set(d, 1e-7);  // the step; the error after it is its square
+  const V enough = hn::Set(d, 1e-5);  // the step; the error after it is about its square
   const V floor = hn::Set(d, 0.05) * k;
   const auto objective = [&](const auto& point, const V at[3]) {
     V distance = zero;
