@@ -70,10 +70,11 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
     correct(observation, frames, report);
   } else {
     // Algorithm 1 as printed: n counts iterations and time steps at once. The frame's time is shared out over its n, so
-    // that simulated and measured time agree; its markers and pads stay.
+    // that simulated and measured time agree; its markers and pads stay. It knows no gaps: every n is one step of the
+    // covariance, or a lost frame would unsettle a gain that needs hundreds of these short steps to settle again.
     for (int n = 0; n < steps_per_frame(); ++n) {
       iterate(observation, observation.dt / steps_per_frame(), 1, report);
-      correct(observation, frames, report);
+      correct(observation, 1, report);
     }
   }
   report.converged = std::max(report.primal_residual, report.dual_residual) <=
