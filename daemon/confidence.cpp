@@ -8,8 +8,6 @@
 namespace tissued::daemon {
 namespace {
 
-constexpr double kChiSquare95 = 7.814727903251179;  // 3 degrees of freedom
-
 Eigen::Matrix3d full_matrix(const std::array<double, 6>& covariance) {
   const auto& [xx, xy, xz, yy, yz, zz] = covariance;
   Eigen::Matrix3d matrix;
@@ -18,6 +16,12 @@ Eigen::Matrix3d full_matrix(const std::array<double, 6>& covariance) {
 }
 
 }  // namespace
+
+std::optional<double> normalized_square(const core::Vec3& error, const std::array<double, 6>& covariance) {
+  const Eigen::Matrix3d matrix = full_matrix(covariance);
+  if (matrix.isZero(0.0)) return std::nullopt;
+  return error.dot(matrix.ldlt().solve(error));
+}
 
 std::optional<double> radius_95(const std::array<double, 6>& covariance) {
   const Eigen::Matrix3d matrix = full_matrix(covariance);
@@ -33,12 +37,12 @@ std::optional<double> error_of(const protocol::TargetPrediction& prediction) {
 }
 
 std::optional<bool> inside_95(const protocol::TargetPrediction& prediction) {
-  const Eigen::Matrix3d covariance = full_matrix(prediction.covariance);
-  if (!prediction.has_truth || covariance.isZero(0.0)) return std::nullopt;
-  const Eigen::Vector3d error(prediction.position[0] - prediction.truth[0],
-                              prediction.position[1] - prediction.truth[1],
-                              prediction.position[2] - prediction.truth[2]);
-  return error.dot(covariance.ldlt().solve(error)) <= kChiSquare95;
+  if (!prediction.has_truth) return std::nullopt;
+  const core::Vec3 error(prediction.position[0] - prediction.truth[0], prediction.position[1] - prediction.truth[1],
+                         prediction.position[2] - prediction.truth[2]);
+  const auto square = normalized_square(error, prediction.covariance);
+  if (!square) return std::nullopt;
+  return *square <= kChiSquare95;
 }
 
 std::vector<std::string> reason_names(std::uint16_t reasons) {

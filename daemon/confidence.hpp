@@ -6,9 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "core/types.hpp"
 #include "protocol/prediction_messages.hpp"
 
 namespace tissued::daemon {
+
+/// What the squared error of a point in space, normalized by its covariance, does not exceed in 95 % of cases: chi
+/// square with 3 degrees of freedom.
+inline constexpr double kChiSquare95 = 7.814727903251179;
+
+/// error^T covariance^-1 error (the NEES; 3 on average where the covariance is right). error: mm. covariance: mm^2, xx,
+/// xy, xz, yy, yz, zz. nullopt where it is zero: nothing is claimed (open loop).
+std::optional<double> normalized_square(const core::Vec3& error, const std::array<double, 6>& covariance);
 
 /// mm; the longest semi-axis of the ellipsoid that holds 95 % of a normal distribution in space. covariance: mm^2, xx,
 /// xy, xz, yy, yz, zz. nullopt where it is zero: nothing is claimed (open loop).

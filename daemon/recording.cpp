@@ -78,6 +78,7 @@ void Recording::find_hold() {
     const double most = *std::ranges::max_element(push);
     for (std::size_t i = 0; i < push.size(); ++i) shortfall[i] = std::max(shortfall[i], most - push[i]);
     largest_push = std::max(largest_push, most);
+    pushes_.push_back({pad.entry, most});
   }
   if (largest_push <= kRestTolerance) return;
   for (std::size_t i = 0; i < shortfall.size(); ++i) {

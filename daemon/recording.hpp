@@ -21,6 +21,12 @@ struct RecordingItems {
   bool truth = true;                              ///< recorded targets as truth items
 };
 
+/// How far a recorded pad was pushed.
+struct PadPush {
+  std::size_t pad;    ///< in the bundle's scene
+  double largest_mm;  ///< distance from its rest pose
+};
+
 /// One trial, read as its bundle says: which label is a marker, a pad or a target.
 class Recording {
  public:
@@ -39,6 +45,9 @@ class Recording {
 
   /// mm, tracker; where the recording has target `target` of the bundle's scene at `index`.
   std::optional<core::Vec3> target(std::size_t index, std::size_t target) const;
+
+  /// One for every recorded pad, in the scene's order.
+  const std::vector<PadPush>& pushes() const { return pushes_; }
 
   /// Frames of the hold: every recorded pad within 1e-3 mm of its largest displacement. The first 20 % of them, in
   /// which the tissue may still be settling, are left out. Empty without pads that move.
@@ -64,6 +73,7 @@ class Recording {
   config::TrialInfo info_;
   protocol::Trial trial_;
   std::vector<Column> markers_, pads_, targets_, forces_;
+  std::vector<PadPush> pushes_;
   std::vector<std::size_t> hold_;
   std::size_t opening_rest_ = 1;
 };

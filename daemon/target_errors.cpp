@@ -35,16 +35,6 @@ std::optional<core::Vec3> predicted(const PlayedTrial& played, std::size_t frame
   return core::Vec3(target->position[0], target->position[1], target->position[2]);
 }
 
-double hold_error(const Recording& recording, const PlayedTrial& played, std::size_t target, std::size_t index) {
-  MeanPosition prediction, truth;
-  for (const std::size_t frame : recording.hold()) {
-    if (const auto p = predicted(played, frame, index)) prediction.add(*p);
-    if (const auto p = recording.target(frame, target)) truth.add(*p);
-  }
-  if (!prediction.mean() || !truth.mean()) return kNaN;
-  return (*prediction.mean() - *truth.mean()).norm();
-}
-
 void compare_frames(const Recording& recording, const PlayedTrial& played, std::size_t target, std::size_t index,
                     TargetError& error) {
   double sum = 0.0;
@@ -71,6 +61,16 @@ double mean_of(const std::vector<TargetError>& errors, double TargetError::*valu
 
 }  // namespace
 
+double hold_error_mm(const Recording& recording, std::size_t target, const PredictedPlace& predicted_place) {
+  MeanPosition prediction, truth;
+  for (const std::size_t frame : recording.hold()) {
+    if (const auto p = predicted_place(frame)) prediction.add(*p);
+    if (const auto p = recording.target(frame, target)) truth.add(*p);
+  }
+  if (!prediction.mean() || !truth.mean()) return kNaN;
+  return (*prediction.mean() - *truth.mean()).norm();
+}
+
 std::vector<TargetError> target_errors(const config::Bundle& bundle, const Recording& recording,
                                        const PlayedTrial& played, const std::vector<std::string>& daemon_names) {
   std::vector<TargetError> errors;
@@ -80,7 +80,8 @@ std::vector<TargetError> target_errors(const config::Bundle& bundle, const Recor
     const auto known = std::ranges::find(daemon_names, name);
     if (known == daemon_names.end()) continue;
     const auto index = static_cast<std::size_t>(known - daemon_names.begin());
-    errors.back().hold_mm = hold_error(recording, played, target, index);
+    errors.back().hold_mm =
+        hold_error_mm(recording, target, [&](std::size_t frame) { return predicted(played, frame, index); });
     compare_frames(recording, played, target, index, errors.back());
   }
   return errors;

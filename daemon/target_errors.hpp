@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,13 @@ struct TargetError {
   double rms_mm;   ///< over all frames answered, the sensor's noise included
   std::size_t frames = 0;  ///< compared one by one
 };
+
+/// Where a target was said to be in frame `index` of the recording, mm, tracker; nothing where nothing was said.
+using PredictedPlace = std::function<std::optional<core::Vec3>(std::size_t index)>;
+
+/// mm; |mean of `predicted` - mean recorded place of target `target`|, each over the recording's hold. NaN where either
+/// has no frame there.
+double hold_error_mm(const Recording& recording, std::size_t target, const PredictedPlace& predicted);
 
 /// One entry per target of the bundle. `daemon_names`: the daemon's table of targets, in which predictions name theirs.
 std::vector<TargetError> target_errors(const config::Bundle& bundle, const Recording& recording,

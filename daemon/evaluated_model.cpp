@@ -1,0 +1,69 @@
+#include "daemon/evaluated_model.hpp"
+
+#include <algorithm>
+
+#include "core/simulator.hpp"
+#include "daemon/ctl_options.hpp"
+
+namespace tissued::daemon {
+namespace {
+
+// As printed: linear tetrahedra, one iteration and one correction per n, Q = 3 I, R = 0.01 I.
+const std::vector<EvaluatedModel>& published_models() {
+  static const std::vector<EvaluatedModel> kModels{
+      {"paper", {"simulator.kind=kf-admm", "simulator.scheme=algorithm-1", "filter.preset=paper"}},
+      {"paper-admm", {"simulator.kind=admm", "simulator.scheme=algorithm-1"}},
+  };
+  return kModels;
+}
+
+// Splits at the commas outside of brackets.
+std::vector<std::string> split_overrides(const std::string& text) {
+  std::vector<std::string> parts(1);
+  int depth = 0;
+  for (const char c : text) {
+    if (c == '[') ++depth;
+    if (c == ']') --depth;
+    if (c == ',' && depth == 0) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::vector<std::string> model_names() {
+  std::vector<std::string> names;
+  for (const std::string_view name : core::simulator_names()) names.emplace_back(name);
+  for (const EvaluatedModel& model : published_models()) names.push_back(model.name);
+  return names;
+}
+
+EvaluatedModel named_model(const std::string& name) {
+  const auto published = std::ranges::find(published_models(), name, &EvaluatedModel::name);
+  if (published != published_models().end()) return *published;
+  if (std::ranges::count(core::simulator_names(), name) == 0) {
+    throw UsageError("--models: there is no model `" + name + "`; there are " + join_or(model_names()));
+  }
+  return {name, {"simulator.kind=" + name}};
+}
+
+EvaluatedModel parse_variant(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos || colon == 0) {
+    throw UsageError("--variant: `" + text + "` is not NAME:KEY=VALUE,...");
+  }
+  EvaluatedModel model{text.substr(0, colon), split_overrides(text.substr(colon + 1))};
+  for (const std::string& override : model.overrides) {
+    const std::size_t equals = override.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw UsageError("--variant " + model.name + ": `" + override + "` is not KEY=VALUE");
+    }
+  }
+  return model;
+}
+
+}  // namespace tissued::daemon

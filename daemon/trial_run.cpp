@@ -1,0 +1,76 @@
+#include "daemon/trial_run.hpp"
+
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+
+#include "daemon/frame_processor.hpp"
+#include "protocol/prediction_messages.hpp"
+
+namespace tissued::daemon {
+namespace {
+
+constexpr std::uint64_t kFirstStamp_ns = 1'000'000'000;  // any but 0
+
+core::Vec3 to_vec3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+RunFrame run_frame(const Answer& answer, const Recording& recording, std::size_t index, double time) {
+  RunFrame frame;
+  frame.index = index;
+  frame.time = time;
+  frame.contact = !answer.pads.empty();
+  frame.diverged = (answer.reasons & protocol::ValidityReason::kDiverged) != 0;
+  frame.iterations = answer.report.iterations;
+  frame.markers_used = answer.report.markers_used;
+  frame.innovation_rms = answer.report.innovation_rms;
+  frame.step_time_ns = answer.step_time_ns;
+  for (std::size_t t = 0; t < answer.targets.size(); ++t) {
+    const TargetAnswer& target = answer.targets[t];
+    frame.targets.push_back({to_vec3(target.position), target.covariance, recording.target(index, t)});
+  }
+  return frame;
+}
+
+}  // namespace
+
+std::vector<std::size_t> recorded_order(const Recording& recording) {
+  std::vector<std::size_t> order(recording.frame_count());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  return order;
+}
+
+std::vector<std::size_t> jump_order(const Recording& recording, std::size_t count) {
+  const auto& hold = recording.hold();
+  std::vector<std::size_t> order;
+  if (hold.empty()) return order;
+  for (std::size_t i = 0; i < recording.opening_rest(); ++i) order.push_back(i);
+  for (std::size_t i = 0; i < count; ++i) order.push_back(hold[i % hold.size()]);
+  return order;
+}
+
+TrialRun run_trial(const config::DaemonConfig& config, const core::Scene& scene, const Recording& recording,
+                   std::span<const std::size_t> order) {
+  const std::unique_ptr<core::Simulator> simulator = core::make_simulator(scene, config.simulator);
+  Counters counters;
+  const auto processor = std::make_unique<FrameProcessor>(*simulator, config, counters);
+  const auto frame = std::make_unique<protocol::TrackerFrame>();
+  Answer answer, previous;
+  processor->rest_answer(answer);
+  TrialRun run;
+  for (const std::size_t index : order) {
+    if (!recording.fill(index, {.truth = false}, *frame)) {
+      throw std::runtime_error(recording.name() + ": more items in a frame than a tracker frame holds");
+    }
+    frame->frame_number = static_cast<std::uint32_t>(run.size() + 1);
+    const double time = static_cast<double>(run.size()) / recording.rate_hz();
+    frame->stamp_ns = kFirstStamp_ns + static_cast<std::uint64_t>(std::llround(time * 1e9));
+    frame->receive_ns = *frame->stamp_ns;
+    previous = answer;
+    processor->process(*frame, previous, answer);
+    run.push_back(run_frame(answer, recording, index, time));
+  }
+  return run;
+}
+
+}  // namespace tissued::daemon
