@@ -14,6 +14,7 @@
 #include "daemon/ctl_options.hpp"
 #include "daemon/evaluation.hpp"
 #include "daemon/evaluation_csv.hpp"
+#include "daemon/evaluation_page.hpp"
 #include "daemon/evaluation_summary.hpp"
 #include "daemon/text_table.hpp"
 
@@ -100,8 +101,9 @@ int run_evaluate(EvaluateArguments arguments) {
   std::error_code not_created;
   fs::create_directories(arguments.out, not_created);
   if (not_created) throw std::runtime_error(arguments.out.string() + ": " + not_created.message());
-  const fs::path runs_path = arguments.out / "runs.csv", frames_path = arguments.out / "frames.csv";
-  std::ofstream runs = open_output(runs_path), frames;
+  const fs::path runs_path = arguments.out / "runs.csv", page_path = arguments.out / "index.html",
+                 frames_path = arguments.out / "frames.csv";
+  std::ofstream runs = open_output(runs_path), page = open_output(page_path), frames;
   if (arguments.frames) frames = open_output(frames_path);
 
   {
@@ -114,10 +116,12 @@ int run_evaluate(EvaluateArguments arguments) {
     write_frames_csv(evaluation, frames);
     close_output(frames, frames_path);
   }
+  page << evaluation_page(evaluation, arguments.threads);
+  close_output(page, page_path);
 
   std::fputs(evaluation_summary(evaluation).c_str(), stdout);
   warn_where_targets_are_not_measured(evaluation);
-  std::printf("%s\n", runs_path.c_str());
+  std::printf("%s\n", page_path.c_str());
   return kSuccess;
 }
 
@@ -127,10 +131,10 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<EvaluateArguments>();
   EvaluateArguments& a = *arguments;
   CLI::App* evaluate =
-      app.add_subcommand("evaluate", "Recorded trials through simulators: errors as CSV");
+      app.add_subcommand("evaluate", "Recorded trials through simulators: errors as CSV and as a page");
   evaluate->footer(
       "Runs in this process, without a daemon and without losing frames, each trial from rest; what it scores is what\n"
-      "tissued would have answered. Writes DIR/runs.csv.\n"
+      "tissued would have answered. Writes DIR/runs.csv and DIR/index.html, one file that needs nothing else.\n"
       "Models: " +
       join_or(model_names()) +
       ".\n"

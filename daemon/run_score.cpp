@@ -38,14 +38,8 @@ double hold_error(const Recording& recording, const TrialRun& run, std::size_t t
   });
 }
 
-// Normalized squares of a target's errors, by the covariance as claimed and with the sensor's noise added.
-struct Squares {
-  std::vector<double> claimed;
-  std::vector<double> with_sensor;
-};
-
-Squares normalized_squares(const config::Bundle& bundle, const TrialRun& run, std::size_t target) {
-  Squares squares;
+void add_normalized_squares(const config::Bundle& bundle, const TrialRun& run, std::size_t target,
+                            NormalizedSquares& squares) {
   for (const RunFrame& frame : run) {
     if (!is_compared(bundle, frame, target)) continue;
     const TargetSample& sample = frame.targets[target];
@@ -55,7 +49,6 @@ Squares normalized_squares(const config::Bundle& bundle, const TrialRun& run, st
     squares.claimed.push_back(*square);
     squares.with_sensor.push_back(normalized_square(sample.error(), widened).value());
   }
-  return squares;
 }
 
 TargetScore score_target(const config::Bundle& bundle, const Recording& recording, const TrialRun& run,
@@ -64,7 +57,8 @@ TargetScore score_target(const config::Bundle& bundle, const Recording& recordin
   for (const RunFrame& frame : run) {
     if (is_compared(bundle, frame, target)) errors.push_back(frame.targets[target].error().norm());
   }
-  const Squares squares = normalized_squares(bundle, run, target);
+  NormalizedSquares squares;
+  add_normalized_squares(bundle, run, target, squares);
   TargetScore score;
   score.name = bundle.scene.targets[target].name;
   score.frames = errors.size();
@@ -114,13 +108,12 @@ RunScore score_run(const config::Bundle& bundle, const Recording& recording, con
   return score;
 }
 
-std::vector<double> sensor_normalized_squares(const config::Bundle& bundle, const TrialRun& run) {
-  std::vector<double> all;
+NormalizedSquares normalized_squares(const config::Bundle& bundle, const TrialRun& run) {
+  NormalizedSquares squares;
   for (std::size_t target = 0; target < bundle.scene.targets.size(); ++target) {
-    const Squares squares = normalized_squares(bundle, run, target);
-    all.insert(all.end(), squares.with_sensor.begin(), squares.with_sensor.end());
+    add_normalized_squares(bundle, run, target, squares);
   }
-  return all;
+  return squares;
 }
 
 double percentile(std::vector<double> values, double share) {

@@ -41,9 +41,14 @@ RunScore score_run(const config::Bundle& bundle, const Recording& recording, con
 /// Whether a frame counts for a target: see TargetScore.
 bool is_compared(const config::Bundle& bundle, const RunFrame& frame, std::size_t target);
 
-/// Normalized squares of the compared frames of all targets, with the sensor's stated noise added to the claimed
-/// covariance. Empty where nothing is claimed.
-std::vector<double> sensor_normalized_squares(const config::Bundle& bundle, const TrialRun& run);
+/// Normalized squares of errors, by the covariance as it is claimed and with the sensor's stated noise added.
+struct NormalizedSquares {
+  std::vector<double> claimed;
+  std::vector<double> with_sensor;
+};
+
+/// Of the compared frames of all targets. Empty where nothing is claimed.
+NormalizedSquares normalized_squares(const config::Bundle& bundle, const TrialRun& run);
 
 /// The smallest value that `share` (0 to 1) of all do not exceed. NaN where there is none.
 double percentile(std::vector<double> values, double share);
