@@ -1,0 +1,51 @@
+// What a material answers at a quadrature point, eight points at a time. The laws of a body are summed point by point.
+#pragma once
+
+#include "core/fem_term.hpp"
+
+namespace tissued::core {
+
+inline constexpr int kPointLanes = 8;
+
+// Deformation gradients F, row-major 3 x 3.
+struct alignas(64) PointDeformation {
+  double f[9][kPointLanes];
+};
+
+// Per rest volume. `tangent`: dP/dF, a symmetric 9 x 9, lower triangle in the order of pair_index.
+struct alignas(64) PointResponse {
+  double energy[kPointLanes];       // kPa
+  double stress[9][kPointLanes];    // kPa, first Piola-Kirchhoff, row-major
+  double tangent[45][kPointLanes];  // kPa
+};
+
+// Which points these are. Lanes past the last element repeat it.
+struct PointBatch {
+  int index = 0;                    // from 0, through all batches of the body
+  double time_step = 0.0;           // s, as TermInput
+  const double* history = nullptr;  // (history_per_point x kPointLanes) of this law and batch
+};
+
+class FemLaw {
+ public:
+  virtual ~FemLaw() = default;
+
+  virtual std::string_view name() const = 0;
+  // Adds its energy and stress, and its tangent where `tangent`. A point with det F <= 0 whose energy is not defined
+  // gets infinite energy and no stress. Called from several threads at once.
+  virtual void add(const PointBatch& batch, const PointDeformation& deformation, bool tangent,
+                   PointResponse& response) const = 0;
+
+  virtual std::span<const FemParameter> parameters() const { return {}; }
+  virtual double parameter(int) const { return 0.0; }
+  virtual void set_parameter(int, double) {}
+  // Overwrites `stress` (as in PointResponse) with its derivative by parameter `index`.
+  virtual void differentiate(int, const PointBatch&, const PointDeformation&, double (*)[kPointLanes]) const {}
+
+  // Doubles a point that the law keeps from one accepted state to the next; zero at rest.
+  virtual int history_per_point() const { return 0; }
+  // Writes the history that follows on batch.history, (history_per_point x kPointLanes).
+  virtual void accept(const PointBatch&, const PointDeformation&, double*) const {}
+};
+
+}  // namespace tissued::core

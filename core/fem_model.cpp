@@ -1,0 +1,78 @@
+#include "core/fem_model.hpp"
+
+#include <cstdio>
+
+#include "core/fem_gravity.hpp"
+#include "core/fem_neo_hookean.hpp"
+#include "core/scene_places.hpp"
+
+namespace tissued::core {
+
+namespace {
+
+FemPhysics standard_physics(const Scene& scene, const FemMesh& mesh, MassMatrix mass) {
+  FemPhysics physics;
+  physics.laws.push_back(std::make_unique<FemNeoHookean>(scene.material));
+  physics.terms.push_back(std::make_unique<FemGravity>(mesh, scene.gravity, scene.material.density));
+  physics.masses.push_back(std::make_unique<FemInertia>(mesh, scene.material.density, mass));
+  physics.fixed_nodes = nodes_of(mesh, surface_of(scene.mesh, scene.fixed_surface, "the support"));
+  return physics;
+}
+
+// True where the term has the parameter.
+bool set_in(FemTerm& term, const std::string& name, double value) {
+  bool found = false;
+  for (std::size_t k = 0; k < term.parameters().size(); ++k) {
+    const FemParameter& parameter = term.parameters()[k];
+    if (parameter.name != name) continue;
+    if (!(value >= parameter.lowest && value <= parameter.highest)) {
+      char limits[120];
+      std::snprintf(limits, sizeof limits, " = %g is not within %g and %g ", value, parameter.lowest,
+                    parameter.highest);
+      throw ModelError(name + limits + parameter.unit);
+    }
+    term.set_parameter(static_cast<int>(k), value);
+    found = true;
+  }
+  return found;
+}
+
+}  // namespace
+
+FemModel::FemModel(const Scene& scene, const FemOptions& options)
+    : scene_((check_scene(scene), scene)), mesh_(make_fem_mesh(scene_.mesh, options.element)) {
+  const int usual = options.element == FemElement::p1 ? 1 : 3;
+  const int degree = options.quadrature_degree > 0 ? options.quadrature_degree : usual;
+  FemPhysics physics = standard_physics(scene_, mesh_, options.mass);
+  for (const FemEffect& effect : options.effects) effect(scene_, mesh_, physics);
+
+  auto solid = std::make_unique<FemSolid>(mesh_, tet_quadrature(degree), std::move(physics.laws));
+  solid_ = solid.get();
+  terms_.push_back(std::move(solid));
+  for (auto& term : physics.terms) terms_.push_back(std::move(term));
+  masses_ = std::move(physics.masses);
+  pattern_ = make_fem_pattern(mesh_.node_count(), terms_);
+
+  fixed_.assign(static_cast<std::size_t>(mesh_.node_count()), 0);
+  for (int node : physics.fixed_nodes) fixed_[node] = 1;
+  for (const Pad& pad : scene_.pads) {
+    const SurfaceGroup& group = surface_of(scene_.mesh, pad.surface, "pad " + pad.name);
+    pad_nodes_.push_back(nodes_of(mesh_, group));
+    pad_shares_.push_back(shares_of(mesh_, group));
+  }
+  for (const MaterialPoint& point : points_of_markers(scene_)) marker_points_.push_back(fem_point(mesh_, point));
+  for (const MaterialPoint& point : points_of_targets(scene_)) target_points_.push_back(fem_point(mesh_, point));
+}
+
+void FemModel::set_parameter(const std::string& name, double value) {
+  bool found = false;
+  for (const auto* group : {&terms_, &masses_})
+    for (const auto& term : *group) found = set_in(*term, name, value) || found;
+  if (!found) throw ModelError("no term of the body has a parameter " + name);
+}
+
+Eigen::VectorXd FemModel::rest() const {
+  return Eigen::Map<const Eigen::VectorXd>(mesh_.rest.data(), mesh_.rest.size());
+}
+
+}  // namespace tissued::core

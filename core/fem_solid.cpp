@@ -1,0 +1,189 @@
+#include "core/fem_solid.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace tissued::core {
+
+namespace {
+
+constexpr int kRows = 3 * kMostElementNodes;
+constexpr int kBlocks = 9 * pair_count(kMostElementNodes);
+
+void gather(const SolidBlock& block, int nodes, const double* x, double* corners) {
+  for (int a = 0; a < nodes; ++a)
+    for (int axis = 0; axis < 3; ++axis)
+      for (int l = 0; l < kPointLanes; ++l) corners[(3 * a + axis) * kPointLanes + l] = x[block.row[a][l] + axis];
+}
+
+// (entries x lanes) to one element after the other.
+void transpose(const double* lanes, int entries, int elements, double* out) {
+  for (int l = 0; l < elements; ++l)
+    for (int k = 0; k < entries; ++k) out[static_cast<std::ptrdiff_t>(l) * entries + k] = lanes[k * kPointLanes + l];
+}
+
+SolidBlock make_block(const FemMesh& mesh, int first) {
+  SolidBlock block{};
+  for (int l = 0; l < kPointLanes; ++l) {
+    const int element = std::min(first + l, mesh.element_count() - 1);
+    const std::span<const int> nodes = mesh.nodes_of_element(element);
+    for (std::size_t a = 0; a < nodes.size(); ++a) block.row[a][l] = 3 * static_cast<std::int64_t>(nodes[a]);
+    Mat3 edges;
+    for (int k = 0; k < 3; ++k) edges.col(k) = (mesh.rest.row(nodes[k + 1]) - mesh.rest.row(nodes[0])).transpose();
+    const Mat3 gradients = edges.inverse();
+    for (int axis = 0; axis < 3; ++axis) {
+      block.gradient[0][axis][l] = -gradients.col(axis).sum();
+      for (int k = 0; k < 3; ++k) block.gradient[k + 1][axis][l] = gradients(k, axis);
+    }
+    block.volume[l] = first + l < mesh.element_count() ? mesh.volumes[element] : 0.0;
+  }
+  return block;
+}
+
+}  // namespace
+
+FemSolid::FemSolid(const FemMesh& mesh, const TetQuadrature& quadrature, std::vector<std::unique_ptr<FemLaw>> laws)
+    : mesh_(&mesh), quadrature_(quadrature), laws_(std::move(laws)) {
+  for (int first = 0; first < mesh.element_count(); first += kPointLanes) blocks_.push_back(make_block(mesh, first));
+  for (int q = 0; q < quadrature.count(); ++q)
+    points_.push_back({mesh.element_nodes(), quadrature.weights[q], shape_slopes(mesh.element, quadrature.points[q])});
+  for (std::size_t law = 0; law < laws_.size(); ++law) {
+    for (std::size_t k = 0; k < laws_[law]->parameters().size(); ++k) {
+      parameters_.push_back(laws_[law]->parameters()[k]);
+      law_parameters_.push_back({static_cast<int>(law), static_cast<int>(k)});
+    }
+  }
+}
+
+double FemSolid::parameter(int index) const {
+  return laws_[law_parameters_[index].law]->parameter(law_parameters_[index].index);
+}
+
+void FemSolid::set_parameter(int index, double value) {
+  laws_[law_parameters_[index].law]->set_parameter(law_parameters_[index].index, value);
+}
+
+void FemSolid::set_stiffness(std::vector<double> factors) {
+  if (!factors.empty() && factors.size() != static_cast<std::size_t>(entity_count()) * points_.size())
+    throw ModelError("a stiffness field has " + std::to_string(factors.size()) + " factors, not one for each of " +
+                     std::to_string(points_.size()) + " points of " + std::to_string(entity_count()) + " elements");
+  stiffness_ = std::move(factors);
+}
+
+Vec3 FemSolid::rest_of_point(int element, int point) const {
+  Vec3 place = Vec3::Zero();
+  for (int a = 0; a < 4; ++a)
+    place += quadrature_.points[point][a] * mesh_->rest.row(mesh_->nodes_of_element(element)[a]).transpose();
+  return place;
+}
+
+double FemSolid::scale(int block, int point, int lane) const {
+  const double plain = blocks_[block].volume[lane] * points_[point].weight;
+  const int element = block * kPointLanes + lane;
+  if (stiffness_.empty() || element >= entity_count()) return plain;
+  return plain * stiffness_[static_cast<std::size_t>(element) * points_.size() + point];
+}
+
+// History: law by law, block by block, point by point.
+std::size_t FemSolid::history_offset(std::size_t law, int block, int point) const {
+  std::size_t offset = 0;
+  for (std::size_t k = 0; k < law; ++k) offset += laws_[k]->history_per_point() * blocks_.size() * points_.size();
+  offset += laws_[law]->history_per_point() * (block * points_.size() + point);
+  return offset * kPointLanes;
+}
+
+std::size_t FemSolid::history_size() const {
+  std::size_t size = 0;
+  for (const auto& law : laws_) size += law->history_per_point() * blocks_.size() * points_.size() * kPointLanes;
+  return size;
+}
+
+PointBatch FemSolid::batch_of(std::size_t law, int block, int point, const TermInput& input) const {
+  const int index = block * static_cast<int>(points_.size()) + point;
+  const bool remembers = laws_[law]->history_per_point() > 0;
+  return {index, input.time_step, remembers ? input.history + history_offset(law, block, point) : nullptr};
+}
+
+void FemSolid::respond(int block, int point, const PointDeformation& deformation, const TermInput& input, bool tangent,
+                       PointResponse& response) const {
+  std::memset(&response, 0, tangent ? sizeof response : offsetof(PointResponse, tangent));
+  for (std::size_t law = 0; law < laws_.size(); ++law)
+    laws_[law]->add(batch_of(law, block, point, input), deformation, tangent, response);
+  alignas(64) double factor[kPointLanes];
+  for (int l = 0; l < kPointLanes; ++l) {
+    factor[l] = scale(block, point, l);
+    if (factor[l] == 0.0) response.energy[l] = 0.0;
+    if (std::isfinite(response.energy[l])) response.energy[l] *= factor[l];
+  }
+  for (auto& stress : response.stress)
+    for (int l = 0; l < kPointLanes; ++l) stress[l] *= factor[l];
+  if (!tangent) return;
+  for (auto& entry : response.tangent)
+    for (int l = 0; l < kPointLanes; ++l) entry[l] *= factor[l];
+}
+
+void FemSolid::evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const {
+  alignas(64) double corners[kRows * kPointLanes], residual[kRows * kPointLanes], tangent[kBlocks * kPointLanes];
+  PointDeformation deformation;
+  PointResponse response;
+  const int rows = 3 * nodes_per_entity(), entries = 9 * pair_count(nodes_per_entity());
+  for (int first = begin; first < end; first += kPointLanes) {
+    const int index = first / kPointLanes, count = std::min(kPointLanes, end - first);
+    const SolidBlock& block = blocks_[index];
+    gather(block, nodes_per_entity(), input.x, corners);
+    std::fill_n(residual, rows * kPointLanes, 0.0);
+    if (output.tangent != nullptr) std::fill_n(tangent, entries * kPointLanes, 0.0);
+    if (output.energy != nullptr) std::fill_n(output.energy + first, count, 0.0);
+    for (int q = 0; q < points_per_element(); ++q) {
+      solid_deformation(block, points_[q], corners, deformation);
+      respond(index, q, deformation, input, output.tangent != nullptr, response);
+      if (output.energy != nullptr)
+        for (int l = 0; l < count; ++l) output.energy[first + l] += response.energy[l];
+      solid_add_residual(block, points_[q], response.stress, residual);
+      if (output.tangent != nullptr) solid_add_tangent(block, points_[q], response.tangent, tangent);
+    }
+    if (output.residual != nullptr)
+      transpose(residual, rows, count, output.residual + static_cast<std::ptrdiff_t>(first) * rows);
+    if (output.tangent != nullptr)
+      transpose(tangent, entries, count, output.tangent + static_cast<std::ptrdiff_t>(first) * entries);
+  }
+}
+
+void FemSolid::differentiate(int index, int begin, int end, const TermInput& input, double* out) const {
+  alignas(64) double corners[kRows * kPointLanes], residual[kRows * kPointLanes], stress[9][kPointLanes];
+  PointDeformation deformation;
+  const int rows = 3 * nodes_per_entity();
+  const auto law = static_cast<std::size_t>(law_parameters_[index].law);
+  for (int first = begin; first < end; first += kPointLanes) {
+    const int at = first / kPointLanes;
+    gather(blocks_[at], nodes_per_entity(), input.x, corners);
+    std::fill_n(residual, rows * kPointLanes, 0.0);
+    for (int q = 0; q < points_per_element(); ++q) {
+      solid_deformation(blocks_[at], points_[q], corners, deformation);
+      laws_[law]->differentiate(law_parameters_[index].index, batch_of(law, at, q, input), deformation, stress);
+      for (auto& entry : stress)
+        for (int l = 0; l < kPointLanes; ++l) entry[l] *= scale(at, q, l);
+      solid_add_residual(blocks_[at], points_[q], stress, residual);
+    }
+    transpose(residual, rows, std::min(kPointLanes, end - first), out + static_cast<std::ptrdiff_t>(first) * rows);
+  }
+}
+
+void FemSolid::accept(const TermInput& input, double* history) const {
+  if (history_size() == 0) return;
+  alignas(64) double corners[kRows * kPointLanes];
+  PointDeformation deformation;
+  for (int at = 0; at < static_cast<int>(blocks_.size()); ++at) {
+    gather(blocks_[at], nodes_per_entity(), input.x, corners);
+    for (int q = 0; q < points_per_element(); ++q) {
+      solid_deformation(blocks_[at], points_[q], corners, deformation);
+      for (std::size_t law = 0; law < laws_.size(); ++law)
+        if (laws_[law]->history_per_point() > 0)
+          laws_[law]->accept(batch_of(law, at, q, input), deformation, history + history_offset(law, at, q));
+    }
+  }
+}
+
+}  // namespace tissued::core

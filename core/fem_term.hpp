@@ -1,0 +1,71 @@
+// The seam for physics: the energy of a finite element body is a sum of terms, and a term is a sum over its entities
+// (elements, facets, single nodes) of something that depends on the entity's nodes alone. A term that has no potential
+// (a viscous stress) gives residual and tangent, and an energy of zero.
+//
+// A new effect inside the volume is a FemLaw (core/fem_law.hpp), whose stresses are summed at each quadrature point
+// before they are integrated; anything else (a membrane on the skin, a mass, a spring, a sliding contact) is a FemTerm.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace tissued::core {
+
+// A number of a term or law that can be set between solves, and by which answers can be differentiated.
+struct FemParameter {
+  std::string name;  // as in the contract of diagnose, e.g. youngs_modulus
+  std::string unit;
+  double lowest = -std::numeric_limits<double>::infinity();
+  double highest = std::numeric_limits<double>::infinity();
+};
+
+// Where a term is evaluated.
+struct TermInput {
+  const double* x = nullptr;        // (3n) mm, positions of all nodes
+  double time_step = 0.0;           // s since the accepted state that `history` belongs to; 0: no time passes
+  const double* history = nullptr;  // (history_size of the term)
+};
+
+// Slices for entities [begin, end), which begin at entity 0; what is not asked for is null.
+struct TermOutput {
+  double* energy = nullptr;    // (entities) kPa mm3; infinite where the entity is inverted
+  double* residual = nullptr;  // (entities x nodes x 3) mN, derivative of the energy by the entity's nodes
+  double* tangent = nullptr;   // (entities x pairs x 9) mN/mm, blocks (a, b), b <= a, in the order of pair_index
+};
+
+constexpr int pair_index(int a, int b) { return a * (a + 1) / 2 + b; }
+constexpr int pair_count(int nodes) { return nodes * (nodes + 1) / 2; }
+
+class FemTerm {
+ public:
+  virtual ~FemTerm() = default;
+
+  virtual std::string_view name() const = 0;
+  virtual int entity_count() const = 0;
+  virtual int nodes_per_entity() const = 0;
+  virtual std::span<const int> nodes_of_entity(int entity) const = 0;
+  virtual bool has_tangent() const { return true; }
+  // Entities are evaluated in ranges that begin at multiples of this.
+  virtual int batch() const { return 1; }
+
+  // Overwrites what is asked for of entities [begin, end). Called from several threads at once, for different ranges.
+  virtual void evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const = 0;
+
+  virtual std::span<const FemParameter> parameters() const { return {}; }
+  virtual double parameter(int) const { return 0.0; }
+  virtual void set_parameter(int, double) {}
+  // Overwrites `residual` (as in TermOutput) of entities [begin, end) with its derivative by parameter `index`.
+  virtual void differentiate(int, int, int, const TermInput&, double*) const {}
+
+  // Doubles that the term keeps from one accepted state to the next; zero at rest.
+  virtual std::size_t history_size() const { return 0; }
+  // The state of `input` is accepted: writes the history that follows on input.history.
+  virtual void accept(const TermInput&, double*) const {}
+};
+
+}  // namespace tissued::core
