@@ -16,7 +16,7 @@ inline constexpr std::size_t kMaxPads = 32;
 inline constexpr std::size_t kMaxTargets = 64;
 
 /// Where one target is, tracker frame.
-struct TargetAnswer {
+struct TargetPlace {
   std::array<double, 3> position{};            ///< mm
   std::array<double, 6> covariance{};          ///< mm2: xx, xy, xz, yy, yz, zz
   std::optional<std::array<double, 3>> truth;  ///< mm, relayed from the tracker
@@ -38,8 +38,8 @@ struct Answer {
   std::uint16_t reasons = 0;  ///< protocol::ValidityReason bits that do not depend on the answer's age
   core::StepReport report;
   std::uint16_t markers_seen = 0;
-  protocol::FixedList<TargetAnswer, kMaxTargets> targets;  ///< (scene.targets)
-  protocol::FixedList<PadAnswer, kMaxPads> pads;           ///< those that touch
+  protocol::FixedList<TargetPlace, kMaxTargets> targets;  ///< (scene.targets)
+  protocol::FixedList<PadAnswer, kMaxPads> pads;          ///< those that touch
 };
 
 /// All node positions at one moment.

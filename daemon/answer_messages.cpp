@@ -34,7 +34,7 @@ Predictions prediction_part(const Answer& answer, const Verdict& verdict, std::u
   const std::size_t first_target = part * Predictions::kTargetsPerPart;
   const std::size_t target_end = std::min(first_target + Predictions::kTargetsPerPart, answer.targets.size());
   for (std::size_t i = first_target; i < target_end; ++i) {
-    const TargetAnswer& target = answer.targets[i];
+    const TargetPlace& target = answer.targets[i];
     message.targets.push_back({static_cast<std::uint16_t>(i), target.position, target.covariance,
                                target.truth.has_value(), target.truth.value_or(std::array<double, 3>{})});
   }

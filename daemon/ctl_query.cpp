@@ -25,7 +25,7 @@ struct QueryArguments {
 };
 
 struct Mesh {
-  MeshSnapshot snapshot;
+  ReceivedMesh snapshot;
   std::vector<std::array<std::int32_t, 4>> tets;
 };
 

@@ -223,9 +223,9 @@ bool FrameProcessor::write_estimates(Answer& answer) const noexcept {
     const core::Mat3 c = r * estimate.covariance * r.transpose();
     // Rotating a variance of nearly zero may leave it a rounding error below.
     const auto variance = [&c](int axis) { return std::max(c(axis, axis), 0.0); };
-    const TargetAnswer target{to_array(tracker_from_tissue(estimate.position)),
-                              {variance(0), c(0, 1), c(0, 2), variance(1), c(1, 2), variance(2)},
-                              seen_.truth[i]};
+    const TargetPlace target{to_array(tracker_from_tissue(estimate.position)),
+                             {variance(0), c(0, 1), c(0, 2), variance(1), c(1, 2), variance(2)},
+                             seen_.truth[i]};
     finite = finite && estimate.position.allFinite() && c.allFinite();
     answer.targets.push_back(target);
   }

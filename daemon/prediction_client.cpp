@@ -126,8 +126,8 @@ DaemonStatus PredictionClient::status() {
   return status;
 }
 
-MeshSnapshot PredictionClient::mesh(Precision precision) {
-  MeshSnapshot snapshot;
+ReceivedMesh PredictionClient::mesh(Precision precision) {
+  ReceivedMesh snapshot;
   PiecewiseTable<std::array<double, 3>> table;
   std::uint64_t frame_ns = 0;
   ask(QueryMesh{precision}, [&](const ReceivedMessage& received) {

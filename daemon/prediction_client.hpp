@@ -49,7 +49,7 @@ struct DaemonStatus {
 };
 
 /// Node positions of one tracker frame.
-struct MeshSnapshot {
+struct ReceivedMesh {
   std::uint32_t tracker_frame = 0;
   std::vector<std::array<double, 3>> nodes;  ///< (n x 3) mm, tracker frame
 };
@@ -66,7 +66,7 @@ class PredictionClient {
   std::vector<std::string> names(protocol::NameKind kind);
   TargetAnswer targets();
   DaemonStatus status();
-  MeshSnapshot mesh(protocol::Precision precision);
+  ReceivedMesh mesh(protocol::Precision precision);
   /// Corners as node indices from 0; of a triangle the fourth is 0.
   std::vector<std::array<std::uint32_t, 4>> cells(protocol::CellKind kind);
   protocol::SubscribeReply subscribe(const protocol::Subscribe& request);

@@ -58,7 +58,7 @@ TEST_CASE("A mesh is put together from chunks, the first tries of which are inco
   script.loses = [](std::uint64_t datagram) { return datagram < 30 && datagram % 4 == 2; };
   const FakeDaemon daemon(script);
   PredictionClient client(daemon.clients(), kQuick);
-  const MeshSnapshot snapshot = client.mesh(protocol::Precision::float64);
+  const ReceivedMesh snapshot = client.mesh(protocol::Precision::float64);
   CHECK(snapshot.nodes == script.nodes);
   CHECK(snapshot.tracker_frame == 5);
   CHECK(client.cells(protocol::CellKind::tetrahedron) == script.tets);
