@@ -105,7 +105,8 @@ void require_known_trials(const std::vector<std::unique_ptr<BundleEvaluation>>& 
     for (const auto& evaluation : bundles) {
       for (const config::TrialInfo& trial : evaluation->bundle.trials) known.push_back(trial.name);
     }
-    throw UsageError("--trials: there is no trial `" + name + "`; there are " + join_or(known));
+    throw UsageError("--trials: there is no trial `" + name + "`; there are " +
+                     (known.empty() ? "none" : join_or(known)));
   }
 }
 

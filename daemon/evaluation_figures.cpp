@@ -188,7 +188,8 @@ std::string jump_figure(const BundleEvaluation& bundle, const SetupList& setups,
     for (const std::size_t s : setups) plot.series.push_back(jump_series(bundle, s, trial));
     const std::string target = bundle.bundle.scene.targets.front().name;
     plot.x = {"ADMM iterations after the jump", 0.0, largest(plot.series, &LineSeries::x)};
-    plot.y = {"error of " + target + ", mm (log)", kLeastError, round_up(largest(plot.series, &LineSeries::y)), true};
+    plot.y = {"error of " + target + ", mm (log)", kLeastError,
+              std::max(round_up(largest(plot.series, &LineSeries::y)), 1.0), true};
     panels += svg(plot);
   }
   return figure(panels, legend_of(bundle, setups), caption);

@@ -28,7 +28,15 @@ TEST_CASE("The 95 % radius is the longest semi-axis") {
   CHECK(radius_95(packed(turned_covariance())).value() == Approx(2.0 * std::sqrt(7.815)).epsilon(1e-4));
 }
 
+TEST_CASE("An error is squared in units of its covariance") {
+  CHECK(normalized_square(core::Vec3(2, 3, 5), {1, 0, 0, 9, 0, 25}).value() == Approx(4.0 + 1.0 + 1.0));
+  // The eigenvectors of [2 1; 1 2] are (1, 1) with 3 and (1, -1) with 1.
+  CHECK(normalized_square(core::Vec3(1, 1, 0), {2, 1, 0, 2, 0, 1}).value() == Approx(2.0 / 3.0));
+  CHECK(normalized_square(core::Vec3(1, -1, 0), {2, 1, 0, 2, 0, 1}).value() == Approx(2.0));
+}
+
 TEST_CASE("No covariance claims nothing") {
+  CHECK_FALSE(normalized_square(core::Vec3(1, 0, 0), {}));
   CHECK_FALSE(radius_95({}));
   protocol::TargetPrediction prediction;
   prediction.has_truth = true;

@@ -58,6 +58,9 @@ TEST_CASE("The hold is where the pad is at its largest push, its first fifth lef
   // Frame 29 is at 8 mm as well, so that 21 frames are held, of which 4 are left out.
   CHECK(sample_recording().hold() == expected);
   CHECK(sample_recording().opening_rest() == 10);
+  REQUIRE(sample_recording().pushes().size() == 1);
+  CHECK(sample_recording().pushes()[0].pad == 0);
+  CHECK(sample_recording().pushes()[0].largest_mm == Approx(8.0));
 }
 
 TEST_CASE("Without a moving pad there is no hold") {

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "tests/daemon/evaluation_bundle.hpp"
 #include "tests/daemon/fake_daemon.hpp"
 #include "tests/daemon/temporary_folder.hpp"
 
@@ -47,7 +48,7 @@ Endpoint nobody() {
 }  // namespace
 
 TEST_CASE("Help is no error") {
-  for (const char* command : {"", "play ", "track ", "query ", "watch ", "solve "}) {
+  for (const char* command : {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate "}) {
     const Outcome outcome = run(std::string(command) + "--help");
     CHECK(outcome.code == 0);
     CHECK(outcome.err.empty());
@@ -56,13 +57,32 @@ TEST_CASE("Help is no error") {
 }
 
 TEST_CASE("Wrong usage ends with 2 and one line") {
-  for (const std::string& arguments :
-       {std::string(""), std::string("fly"), std::string("query everything"), std::string("query targets --from here"),
-        std::string("query targets --out x.vtu"), std::string("watch --seconds -1"), std::string("track"),
-        "track " + kDemo + " --loss 2", "track " + kDemo + " --pattern sideways", "solve " + kDemo + " --model magic",
-        "solve " + kDemo + " --push A1", "solve " + kDemo + " --push A1=far", "solve " + kDemo + " --push A1=1,A1=2",
-        "solve " + kDemo + " --push A99=1", "solve " + kDemo + " --gravity 1,2", "solve " + kDemo + " --out mesh.obj",
-        "play " + kDemo + " no-such-trial", "play " + kDemo}) {
+  for (const std::string& arguments : {std::string(""),
+                                       std::string("fly"),
+                                       std::string("query everything"),
+                                       std::string("query targets --from here"),
+                                       std::string("query targets --out x.vtu"),
+                                       std::string("watch --seconds -1"),
+                                       std::string("track"),
+                                       "track " + kDemo + " --loss 2",
+                                       "track " + kDemo + " --pattern sideways",
+                                       "solve " + kDemo + " --model magic",
+                                       "solve " + kDemo + " --push A1",
+                                       "solve " + kDemo + " --push A1=far",
+                                       "solve " + kDemo + " --push A1=1,A1=2",
+                                       "solve " + kDemo + " --push A99=1",
+                                       "solve " + kDemo + " --gravity 1,2",
+                                       "solve " + kDemo + " --out mesh.obj",
+                                       "play " + kDemo + " no-such-trial",
+                                       "play " + kDemo,
+                                       std::string("evaluate"),
+                                       "evaluate " + kDemo,
+                                       "evaluate " + kDemo + " --out /tmp --models magic",
+                                       "evaluate " + kDemo + " --out /tmp --models admm,admm",
+                                       "evaluate " + kDemo + " --out /tmp --marker-sets mars",
+                                       "evaluate " + kDemo + " --out /tmp --trials exp99",
+                                       "evaluate " + kDemo + " --out /tmp --variant nameless",
+                                       "evaluate " + kDemo + " --out /tmp --threads 0"}) {
     const Outcome outcome = run(arguments);
     INFO(arguments << ": " << outcome.err);
     CHECK(outcome.code == 2);
@@ -76,7 +96,10 @@ TEST_CASE("What fails at run time ends with 1 and one line") {
   for (const std::string& arguments :
        {"query targets --from " + dead, "watch --seconds 0.5 --from " + dead, std::string("solve /no/such/bundle"),
         "solve " + kDemo + " --set material.poissons_ratio=0.7", "solve " + kDemo + " --mesh /no/such/mesh.msh",
-        "track " + kDemo + " --seconds 0.1 --to no-such-host.invalid:5"}) {
+        "track " + kDemo + " --seconds 0.1 --to no-such-host.invalid:5",
+        std::string("evaluate /no/such/bundle --out /tmp"),
+        "evaluate " + kDemo + " --out /tmp --set simulator.iterations=0",
+        "evaluate " + kDemo + " --out /tmp --variant odd:no.such=1"}) {
     const Outcome outcome = run(arguments);
     INFO(arguments << ": " << outcome.err);
     CHECK(outcome.code == 1);
@@ -159,4 +182,28 @@ TEST_CASE("solve writes what it found, also when it has not converged") {
   const std::string iterations = content(curve);
   CHECK_THAT(iterations, Catch::StartsWith("iteration,load,residual_mm\n"));
   CHECK(std::count(iterations.begin(), iterations.end(), '\n') == json["iterations"].get<int>() + 1);
+}
+
+TEST_CASE("evaluate writes scores and a page, and sums them up") {
+  const TemporaryFolder folder;
+  const std::string bundle = write_evaluation_bundle(folder), out = folder.path() / "result";
+  const Outcome outcome =
+      run("evaluate " + bundle + " --models admm,kf-admm --marker-sets most --threads 2 --frames --out " + out);
+  REQUIRE(outcome.code == 0);
+  CHECK_THAT(outcome.err, Catch::Contains("4 of 4 runs"));
+  CHECK_THAT(outcome.out, Catch::Contains("kf-admm") && Catch::Contains("index.html"));
+  const std::string runs = content(out + "/runs.csv"), frames = content(out + "/frames.csv");
+  CHECK_THAT(runs, Catch::StartsWith("bundle,trial,model,marker_set,target,"));
+  CHECK(std::count(runs.begin(), runs.end(), '\n') == 1 + 4);
+  CHECK(std::count(frames.begin(), frames.end(), '\n') == 1 + 4 * static_cast<int>(kCubeFrames));
+  CHECK_THAT(content(out + "/index.html"), Catch::StartsWith("<!DOCTYPE html>") && Catch::EndsWith("</html>\n"));
+}
+
+TEST_CASE("evaluate refuses a folder that it cannot write before it runs") {
+  const TemporaryFolder folder;
+  const std::string bundle = write_evaluation_bundle(folder);
+  const std::string file = folder.write("taken", "");
+  const Outcome outcome = run("evaluate " + bundle + " --out " + file + "/below");
+  CHECK(outcome.code == 1);
+  CHECK_THAT(outcome.err, Catch::Contains("taken/below") && !Catch::Contains("runs,"));
 }
