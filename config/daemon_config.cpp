@@ -66,6 +66,7 @@ ClientsConfig read_clients(const Document& document) {
 core::SimulatorOptions read_simulator(const Document& document, const Bundle& bundle) {
   core::SimulatorOptions options;
   options.kind = document.value("/simulator/kind", options.kind);
+  if (document.value<std::string>("/simulator/element", "smoothed") == "p1") options.solver.element = core::Element::p1;
   const bool as_printed = document.value<std::string>("/simulator/scheme", "per-frame") == "algorithm-1";
   options.solver.scheme = as_printed ? core::Scheme::algorithm_1 : core::Scheme::per_frame;
   options.solver.iterations = document.value("/simulator/iterations", options.solver.iterations);

@@ -7,19 +7,19 @@
 
 namespace tissued::core {
 
-AdmmState::AdmmState(const Model& model) : elements(model.blocks().size()) { reset(model); }
+AdmmState::AdmmState(const Model& model) : domains(static_cast<std::size_t>(model.blocks().count())) { reset(model); }
 
 void AdmmState::reset(const Model& model) {
   x = model.rest();
   x_previous = model.rest();
   dt = model.time_step();
-  reset_element_states(elements);
+  reset_domain_states(domains);
 }
 
 AdmmWorkspace::AdmmWorkspace(const Model& model, int thread_count)
     : x_tilde(model.rest()),
       external(NodeField::Zero(model.rest().rows(), 4)),
-      forces(model.blocks().size()),
+      forces(model.blocks().corners.size()),
       delta(static_cast<std::size_t>(4 * model.system().free_count())),
       held(model.holdable()),
       held_pads(model.scene().pads.size()),
@@ -92,10 +92,9 @@ double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& wor
 }
 
 LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace) {
-  const int blocks = static_cast<int>(model.blocks().size());
+  const int blocks = model.blocks().count();
   const auto run = [&](int first, int last) {
-    return local_step(model.blocks().data(), first, last, state.x.data(), state.elements.data(),
-                      workspace.forces.data());
+    return local_step(model.blocks(), first, last, state.x.data(), state.domains.data(), workspace.forces.data());
   };
   if (workspace.threads == 1) return run(0, blocks);
   LocalStepResult total;

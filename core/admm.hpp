@@ -13,7 +13,7 @@ struct AdmmState {
   NodeField x;           // (n x 4) mm, x_n
   NodeField x_previous;  // (n x 4) mm, x_{n-1}
   double dt = 0.0;       // s, from x_previous to x
-  std::vector<ElementState> elements;
+  std::vector<DomainState> domains;
 
   explicit AdmmState(const Model& model);
   void reset(const Model& model);
@@ -23,7 +23,7 @@ struct AdmmState {
 struct AdmmWorkspace {
   NodeField x_tilde;   // (n x 4) mm, equation (2) or (20)
   NodeField external;  // (n x 4) mN
-  std::vector<ElementForce> forces;
+  std::vector<CornerForce> forces;
   std::vector<float> delta;  // (free x 4) mm, in the factor's order
   HeldNodes held;
   std::vector<std::uint8_t> held_pads;      // (pads)
@@ -42,7 +42,7 @@ int resolve_threads(int requested, int tets);
 double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, std::span<const PadInput> pads,
                   double dt, double pad_limit);
 
-// Local step (10) of all elements.
+// Local step (10) of all strain domains.
 LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace);
 
 // Global step (7) with the held nodes exact. Returns the largest move of a node, mm.

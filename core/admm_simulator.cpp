@@ -28,7 +28,7 @@ AdmmSimulator::AdmmSimulator(const Scene& scene, const SimulatorOptions& options
 
 void AdmmSimulator::build(const Scene& scene, double time_step) {
   time_step_ = time_step;
-  auto model = std::make_unique<Model>(scene, options_.solver.weight_scale, time_step / steps_per_frame());
+  auto model = std::make_unique<Model>(scene, options_.solver.element, options_.solver.weight_scale, time_step / steps_per_frame());
   filter_.reset();
   workspace_.reset();
   model_ = std::move(model);
@@ -36,7 +36,7 @@ void AdmmSimulator::build(const Scene& scene, double time_step) {
   if (!state_) state_.emplace(*model_);
   if (closed_loop_) {
     if (!basis_)
-      basis_ = modal_basis(model_->scene().mesh, model_->blocks(), model_->masses(), model_->system().free_nodes(),
+      basis_ = modal_basis(model_->laplacian(), model_->masses(), model_->system().free_nodes(),
                            modes_for(*model_, options_.filter.modes));
     filter_.emplace(*model_, *basis_, options_.filter);
   }
@@ -149,7 +149,7 @@ std::uint64_t AdmmSimulator::state_hash() const noexcept {
   };
   mix(state_->x.data(), state_->x.size());
   mix(state_->x_previous.data(), state_->x_previous.size());
-  for (const ElementState& element : state_->elements) mix(&element.u[0][0], 9 * kLanes);
+  for (const DomainState& domain : state_->domains) mix(&domain.u[0][0], 9 * kLanes);
   return hash;
 }
 

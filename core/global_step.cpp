@@ -14,23 +14,16 @@ Eigen::VectorXd lumped_masses(const TetMesh& mesh, double density) {
   return masses;
 }
 
-SparseMatrix weighted_laplacian(const TetMesh& mesh, const std::vector<ElementBlock>& blocks) {
+SparseMatrix weighted_laplacian(int nodes, const std::vector<StrainDomain>& domains, double weight_scale) {
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(static_cast<std::size_t>(mesh.tet_count()) * 10);
-  for (int i = 0; i < mesh.tet_count(); ++i) {
-    const ElementBlock& block = blocks[i / kLanes];
-    const int lane = i % kLanes;
-    Eigen::Matrix<double, 4, 3> g;
-    for (int a = 0; a < 3; ++a)
-      for (int axis = 0; axis < 3; ++axis) g(a + 1, axis) = block.gradient[a][axis][lane];
-    g.row(0) = -(g.row(1) + g.row(2) + g.row(3));
-    const Eigen::Matrix4d local = block.stiffness[lane] * block.volume[lane] * g * g.transpose();
-    const Tet& tet = mesh.tets[i];
-    for (int a = 0; a < 4; ++a)
-      for (int b = 0; b < 4; ++b)
-        if (tet[a] >= tet[b]) entries.emplace_back(tet[a], tet[b], local(a, b));
+  entries.reserve(domains.size() * 10);
+  for (const StrainDomain& domain : domains) {
+    const double weight = weight_scale * domain.stiffness * domain.volume;
+    for (std::size_t a = 0; a < domain.nodes.size(); ++a)
+      for (std::size_t b = 0; b <= a; ++b)  // ascending: b's node is not above a's
+        entries.emplace_back(domain.nodes[a], domain.nodes[b], weight * domain.gradients[a].dot(domain.gradients[b]));
   }
-  SparseMatrix lower(mesh.node_count(), mesh.node_count());
+  SparseMatrix lower(nodes, nodes);
   lower.setFromTriplets(entries.begin(), entries.end());
   return lower;
 }
@@ -68,9 +61,9 @@ std::vector<int> inverse_index(const std::vector<int>& nodes, int count) {
   return index;
 }
 
-SparseMatrix global_matrix(const TetMesh& mesh, const std::vector<ElementBlock>& blocks, const Eigen::VectorXd& masses,
+SparseMatrix global_matrix(const SparseMatrix& laplacian, const Eigen::VectorXd& masses,
                            const std::vector<int>& free_nodes, double time_step) {
-  SparseMatrix k = restrict_lower(weighted_laplacian(mesh, blocks), free_nodes);
+  SparseMatrix k = restrict_lower(laplacian, free_nodes);
   for (std::size_t i = 0; i < free_nodes.size(); ++i) {
     const int row = static_cast<int>(i);
     k.coeffRef(row, row) += masses[free_nodes[i]] / (time_step * time_step);
@@ -80,18 +73,26 @@ SparseMatrix global_matrix(const TetMesh& mesh, const std::vector<ElementBlock>&
 
 }  // namespace
 
-GlobalSystem::GlobalSystem(const TetMesh& mesh, const std::vector<ElementBlock>& blocks, const Eigen::VectorXd& masses,
+GlobalSystem::GlobalSystem(const SparseMatrix& laplacian, const DomainBlocks& blocks, const Eigen::VectorXd& masses,
                            const std::vector<int>& fixed_nodes, double time_step)
     : time_step_(time_step),
-      free_nodes_(complement(fixed_nodes, mesh.node_count())),
-      free_index_(inverse_index(free_nodes_, mesh.node_count())),
-      factor_(global_matrix(mesh, blocks, masses, free_nodes_, time_step)) {
-  const int nodes = mesh.node_count();
-  std::vector<std::vector<std::int64_t>> per_node(static_cast<std::size_t>(nodes));
-  constexpr std::int64_t kForceSize = sizeof(ElementForce) / sizeof(double);
-  for (int i = 0; i < mesh.tet_count(); ++i)
-    for (int a = 0; a < 4; ++a)
-      per_node[mesh.tets[i][a]].push_back(i / kLanes * kForceSize + a * 3 * kLanes + i % kLanes);
+      free_nodes_(complement(fixed_nodes, static_cast<int>(masses.size()))),
+      free_index_(inverse_index(free_nodes_, static_cast<int>(masses.size()))),
+      factor_(global_matrix(laplacian, masses, free_nodes_, time_step)) {
+  std::vector<std::vector<std::int64_t>> per_node(static_cast<std::size_t>(masses.size()));
+  constexpr std::int64_t kForceSize = sizeof(CornerForce) / sizeof(double);
+  for (int b = 0; b < blocks.count(); ++b) {
+    const DomainBlock& block = blocks.blocks[b];
+    for (std::int64_t a = 0; a < block.corner_count; ++a) {
+      const DomainCorner& corner = blocks.corners[static_cast<std::size_t>(block.first_corner + a)];
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const bool repeated_node =
+            a > 0 && corner.row[lane] == blocks.corners[static_cast<std::size_t>(block.first_corner)].row[lane];
+        if (blocks.domain[static_cast<std::size_t>(b) * kLanes + lane] < 0 || repeated_node) continue;
+        per_node[corner.row[lane] / 4].push_back((block.first_corner + a) * kForceSize + lane);
+      }
+    }
+  }
   row_node_.reserve(free_nodes_.size());
   incident_begin_.push_back(0);
   for (int row : factor_.order()) {

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "core/element_blocks.hpp"
+#include "core/domain_blocks.hpp"
 #include "core/sparse_cholesky.hpp"
 
 namespace tissued::core {
@@ -20,15 +20,16 @@ inline constexpr double kQuasiStatic = std::numeric_limits<double>::infinity(); 
 // kg, a quarter of each element's mass to each of its nodes.
 Eigen::VectorXd lumped_masses(const TetMesh& mesh, double density);
 
-// L on all nodes (n x n), kPa mm = mN/mm, lower triangle.
-SparseMatrix weighted_laplacian(const TetMesh& mesh, const std::vector<ElementBlock>& blocks);
+// L on all nodes (n x n), kPa mm = mN/mm, lower triangle; k_i = weight_scale times the domain's stiffness.
+SparseMatrix weighted_laplacian(int nodes, const std::vector<StrainDomain>& domains, double weight_scale);
 
 // Rows and columns `nodes` (ascending) of a lower triangle.
 SparseMatrix restrict_lower(const SparseMatrix& lower, const std::vector<int>& nodes);
 
 class GlobalSystem {
  public:
-  GlobalSystem(const TetMesh& mesh, const std::vector<ElementBlock>& blocks, const Eigen::VectorXd& masses,
+  // laplacian: L on all nodes. The corners of `blocks` are what the rows of the residual are summed from.
+  GlobalSystem(const SparseMatrix& laplacian, const DomainBlocks& blocks, const Eigen::VectorXd& masses,
                const std::vector<int>& fixed_nodes, double time_step);
 
   double time_step() const { return time_step_; }
@@ -38,7 +39,7 @@ class GlobalSystem {
   const SparseCholesky& factor() const { return factor_; }
   // Mesh node of row k of the factor.
   int node_of_row(int k) const { return row_node_[k]; }
-  // Offsets into the ElementForce array, as doubles: x component; y and z follow after kLanes and 2 kLanes.
+  // Offsets into the array of CornerForce, as doubles: x component; y and z follow after kLanes and 2 kLanes.
   std::span<const std::int64_t> incident(int row) const {
     return {incident_.data() + incident_begin_[row], incident_.data() + incident_begin_[row + 1]};
   }

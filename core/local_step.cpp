@@ -1,5 +1,8 @@
 // The local step, compiled once for every instruction set (Highway) and chosen at run time.
-#include "core/element_blocks.hpp"
+#include "core/domain_blocks.hpp"
+
+#include <algorithm>
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/local_step.cpp"
@@ -117,19 +120,31 @@ HWY_INLINE void orthonormalise(D d, Matrix& v) {
   }
 }
 
-// F = Dx of one vector of elements; edges[a][axis] = x_{a+1} - x_0, gathered by the caller.
-HWY_INLINE Matrix deformation_gradient(D d, const ElementBlock& block, const double edges[3][3][kLanes], int lane) {
-  Matrix f;
-  for (int i = 0; i < 3; ++i) {
-    const V e0 = hn::Load(d, &edges[0][i][lane]), e1 = hn::Load(d, &edges[1][i][lane]),
-            e2 = hn::Load(d, &edges[2][i][lane]);
-    for (int j = 0; j < 3; ++j) {
-      f(i, j) = hn::MulAdd(
-          e2, hn::Load(d, &block.gradient[2][j][lane]),
-          hn::MulAdd(e1, hn::Load(d, &block.gradient[1][j][lane]), e0 * hn::Load(d, &block.gradient[0][j][lane])));
+// F = Dx of one block, row-major. Rows of x are copied first and turned afterwards: a gather for every coordinate costs
+// several times as much.
+HWY_INLINE void deformation_gradients(D d, const DomainBlock& block, const DomainCorner* corners, const double* x,
+                                      double f[9][kLanes]) {
+  constexpr std::int64_t kChunk = 16;
+  alignas(64) double rows[kChunk][kLanes][4];
+  for (std::int64_t first = 0; first < block.corner_count; first += kChunk) {
+    const std::int64_t last = std::min(first + kChunk, block.corner_count);
+    for (std::int64_t a = first; a < last; ++a)
+      for (int lane = 0; lane < kLanes; ++lane)
+        std::memcpy(rows[a - first][lane], x + corners[a].row[lane], sizeof rows[0][0]);
+    for (int lane = 0; lane < kLanes; lane += static_cast<int>(hn::Lanes(d))) {
+      Matrix sum;
+      for (int i = 0; i < 9; ++i) sum.m[i] = first == 0 ? hn::Zero(d) : hn::Load(d, &f[i][lane]);
+      for (std::int64_t a = first; a < last; ++a) {
+        V position[3], unused;
+        hn::LoadInterleaved4(d, rows[a - first][lane], position[0], position[1], position[2], unused);
+        for (int j = 0; j < 3; ++j) {
+          const V gradient = hn::Load(d, &corners[a].gradient[j][lane]);
+          for (int i = 0; i < 3; ++i) sum(i, j) = hn::MulAdd(position[i], gradient, sum(i, j));
+        }
+      }
+      for (int i = 0; i < 9; ++i) hn::Store(sum.m[i], d, &f[i][lane]);
     }
   }
-  return f;
 }
 
 HWY_INLINE V determinant(const Matrix& a) {
@@ -137,48 +152,39 @@ HWY_INLINE V determinant(const Matrix& a) {
          a(0, 2) * (a(1, 0) * a(2, 1) - a(1, 1) * a(2, 0));
 }
 
-HWY_INLINE void gather_edges(const ElementBlock& block, const double* x, double edges[3][3][kLanes]) {
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const double* x0 = x + block.row[0][lane];
-    for (int a = 0; a < 3; ++a) {
-      const double* xa = x + block.row[a + 1][lane];
-      for (int axis = 0; axis < 3; ++axis) edges[a][axis][lane] = xa[axis] - x0[axis];
-    }
-  }
-}
-
-HWY_INLINE void store_corner_forces(D d, const ElementBlock& block, const Matrix& f, const Matrix& z, const Matrix& u,
-                                    int lane, ElementForce& out) {
+HWY_INLINE void store_corner_forces(D d, const DomainBlock& block, const DomainCorner* corners, const Matrix& f,
+                                    const Matrix& z, const Matrix& u, int lane, CornerForce* out) {
   const V scale = hn::Neg(hn::Load(d, &block.stiffness[lane]) * hn::Load(d, &block.volume[lane]));
-  for (int i = 0; i < 3; ++i) {
-    V h[3];
-    for (int j = 0; j < 3; ++j) h[j] = scale * (f(i, j) - z(i, j) + u(i, j));
-    V sum = hn::Zero(d);
-    for (int a = 0; a < 3; ++a) {
-      const V force = hn::MulAdd(
-          h[2], hn::Load(d, &block.gradient[a][2][lane]),
-          hn::MulAdd(h[1], hn::Load(d, &block.gradient[a][1][lane]), h[0] * hn::Load(d, &block.gradient[a][0][lane])));
-      hn::Store(force, d, &out.force[a + 1][i][lane]);
-      sum = sum + force;
+  Matrix h;
+  for (int i = 0; i < 9; ++i) h.m[i] = scale * (f.m[i] - z.m[i] + u.m[i]);
+  V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  for (std::int64_t a = 1; a < block.corner_count; ++a) {
+    const V g0 = hn::Load(d, &corners[a].gradient[0][lane]), g1 = hn::Load(d, &corners[a].gradient[1][lane]),
+            g2 = hn::Load(d, &corners[a].gradient[2][lane]);
+    for (int i = 0; i < 3; ++i) {
+      const V force = hn::MulAdd(h(i, 2), g2, hn::MulAdd(h(i, 1), g1, h(i, 0) * g0));
+      hn::Store(force, d, &out[a].force[i][lane]);
+      sum[i] = sum[i] + force;
     }
-    hn::Store(hn::Neg(sum), d, &out.force[0][i][lane]);
   }
+  for (int i = 0; i < 3; ++i) hn::Store(hn::Neg(sum[i]), d, &out[0].force[i][lane]);
 }
 
-LocalStepResult LocalStep(const ElementBlock* blocks, int first, int last, const double* x, ElementState* states,
-                          ElementForce* forces) {
+LocalStepResult LocalStep(const DomainBlocks& blocks, int first, int last, const double* x, DomainState* states,
+                          CornerForce* forces) {
   const D d;
   V primal = hn::Zero(d);
   LocalStepResult result;
   for (int index = first; index < last; ++index) {
-    const ElementBlock& block = blocks[index];
-    ElementState& state = states[index];
-    alignas(64) double edges[3][3][kLanes];
-    gather_edges(block, x, edges);
+    const DomainBlock& block = blocks.blocks[index];
+    const DomainCorner* corners = &blocks.corners[static_cast<std::size_t>(block.first_corner)];
+    DomainState& state = states[index];
+    alignas(64) double gradients[9][kLanes];
+    deformation_gradients(d, block, corners, x, gradients);
     for (int lane = 0; lane < kLanes; lane += static_cast<int>(hn::Lanes(d))) {
-      const Matrix f = deformation_gradient(d, block, edges, lane);
-      Matrix p, v, u;
+      Matrix f, p, v, u;
       for (int i = 0; i < 9; ++i) {
+        f.m[i] = hn::Load(d, &gradients[i][lane]);
         p.m[i] = f.m[i] + hn::Load(d, &state.u[i][lane]);
         v.m[i] = hn::Load(d, &state.v[i][lane]);
       }
@@ -200,7 +206,7 @@ LocalStepResult LocalStep(const ElementBlock* blocks, int first, int last, const
           gap = hn::MulAdd(difference, difference, gap);
         }
       }
-      primal = hn::Max(primal, hn::Sqrt(gap) * hn::Load(d, &block.edge[lane]));
+      primal = hn::Max(primal, hn::Sqrt(gap) * hn::Load(d, &block.length[lane]));
       // Repeated lanes have no volume and are not counted.
       const auto inverted = hn::And(determinant(f) <= hn::Zero(d), hn::Load(d, &block.volume[lane]) > hn::Zero(d));
       result.inverted += static_cast<int>(hn::CountTrue(d, inverted));
@@ -209,7 +215,7 @@ LocalStepResult LocalStep(const ElementBlock* blocks, int first, int last, const
         hn::Store(v.m[i], d, &state.v[i][lane]);
       }
       for (int i = 0; i < 3; ++i) hn::Store(stretch[i], d, &state.stretch[i][lane]);
-      store_corner_forces(d, block, f, z, dual, lane, forces[index]);
+      store_corner_forces(d, block, corners, f, z, dual, lane, forces + block.first_corner);
     }
   }
   result.primal = hn::GetLane(hn::MaxOfLanes(d, primal));
@@ -222,8 +228,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tissued::core {
 HWY_EXPORT(LocalStep);
-LocalStepResult local_step(const ElementBlock* blocks, int first, int last, const double* x, ElementState* states,
-                           ElementForce* forces) {
+LocalStepResult local_step(const DomainBlocks& blocks, int first, int last, const double* x, DomainState* states,
+                           CornerForce* forces) {
   return HWY_DYNAMIC_DISPATCH(LocalStep)(blocks, first, last, x, states, forces);
 }
 }  // namespace tissued::core

@@ -29,10 +29,10 @@ class ComplianceOperator {
 
 }  // namespace
 
-ModalBasis modal_basis(const TetMesh& mesh, const std::vector<ElementBlock>& blocks, const Eigen::VectorXd& masses,
-                       const std::vector<int>& free_nodes, int modes) {
+ModalBasis modal_basis(const SparseMatrix& laplacian, const Eigen::VectorXd& masses, const std::vector<int>& free_nodes,
+                       int modes) {
   const int free = static_cast<int>(free_nodes.size());
-  const SparseMatrix lower = restrict_lower(weighted_laplacian(mesh, blocks), free_nodes);
+  const SparseMatrix lower = restrict_lower(laplacian, free_nodes);
   Eigen::VectorXd root_masses(free);
   for (int i = 0; i < free; ++i) root_masses[i] = std::sqrt(masses[free_nodes[i]]);
   ModalBasis basis;

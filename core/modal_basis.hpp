@@ -17,7 +17,8 @@ struct ModalBasis {
 };
 
 // The `modes` lowest; 0 or more than there are: all. Throws ModelError where the iteration for a part of them fails.
-ModalBasis modal_basis(const TetMesh& mesh, const std::vector<ElementBlock>& blocks, const Eigen::VectorXd& masses,
-                       const std::vector<int>& free_nodes, int modes);
+// laplacian: L on all nodes, lower triangle.
+ModalBasis modal_basis(const SparseMatrix& laplacian, const Eigen::VectorXd& masses, const std::vector<int>& free_nodes,
+                       int modes);
 
 }  // namespace tissued::core

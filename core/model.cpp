@@ -102,15 +102,18 @@ std::vector<MaterialPoint> points_of_targets(const Scene& scene) {
 
 }  // namespace
 
-Model::Model(const Scene& scene, double weight_scale, double time_step)
+Model::Model(const Scene& scene, Element element, double weight_scale, double time_step)
     : scene_(checked(scene)),
+      element_(element),
       weight_scale_(weight_scale),
       masses_(lumped_masses(scene_.mesh, scene_.material.density)),
-      blocks_(make_element_blocks(scene_.mesh, scene_.material, weight_scale)),
+      domains_(strain_domains(scene_.mesh, scene_.material, element)),
+      blocks_(make_domain_blocks(domains_, weight_scale)),
+      laplacian_(weighted_laplacian(scene_.mesh.node_count(), domains_, weight_scale)),
       fixed_nodes_(nodes_of(surface_of(scene_.mesh, scene_.fixed_surface, "the support"))),
       pad_nodes_(nodes_of_pads(scene_)),
       pad_shares_(shares_of_pads(scene_, pad_nodes_)),
-      system_(scene_.mesh, blocks_, masses_, fixed_nodes_, time_step),
+      system_(laplacian_, blocks_, masses_, fixed_nodes_, time_step),
       holdable_(system_.factor(), system_.free_index(), pad_nodes_),
       marker_points_(points_of_markers(scene_)),
       target_points_(points_of_targets(scene_)),

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/element_blocks.hpp"
+#include "core/domain_blocks.hpp"
 #include "core/global_step.hpp"
 #include "core/held_nodes.hpp"
 #include "core/simulator.hpp"
@@ -14,13 +14,16 @@ class Model {
  public:
   // Throws ModelError: group missing, marker far from the skin, target outside the body, numbers out of range.
   // time_step: s, of the factor; kQuasiStatic for none.
-  Model(const Scene& scene, double weight_scale, double time_step);
+  Model(const Scene& scene, Element element, double weight_scale, double time_step);
 
   const Scene& scene() const { return scene_; }
   double time_step() const { return system_.time_step(); }
   double weight_scale() const { return weight_scale_; }
   const Eigen::VectorXd& masses() const { return masses_; }  // (n) kg
-  const std::vector<ElementBlock>& blocks() const { return blocks_; }
+  Element element() const { return element_; }
+  const std::vector<StrainDomain>& domains() const { return domains_; }
+  const DomainBlocks& blocks() const { return blocks_; }
+  const SparseMatrix& laplacian() const { return laplacian_; }  // L on all nodes, lower triangle
   const GlobalSystem& system() const { return system_; }
   const HoldableNodes& holdable() const { return holdable_; }  // groups: pads
   const std::vector<std::vector<int>>& pad_nodes() const { return pad_nodes_; }
@@ -32,9 +35,12 @@ class Model {
 
  private:
   Scene scene_;
+  Element element_;
   double weight_scale_;
   Eigen::VectorXd masses_;
-  std::vector<ElementBlock> blocks_;
+  std::vector<StrainDomain> domains_;
+  DomainBlocks blocks_;
+  SparseMatrix laplacian_;
   std::vector<int> fixed_nodes_;
   std::vector<std::vector<int>> pad_nodes_;
   std::vector<std::vector<double>> pad_shares_;

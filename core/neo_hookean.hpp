@@ -18,11 +18,15 @@ inline double strain_energy_density(const Material& m, const Mat3& f) {
 }
 
 // First Piola-Kirchhoff stress, kPa: the derivative of (11) with respect to F. det F > 0.
-inline Mat3 first_piola(const Material& m, const Mat3& f) {
+inline Mat3 first_piola(double shear_modulus, double bulk_modulus, const Mat3& f) {
   const double j = f.determinant();
   const Mat3 inverse_transpose = f.inverse().transpose();
-  const double alpha = m.shear_modulus() / std::cbrt(j * j);
-  return alpha * (f - f.squaredNorm() / 3.0 * inverse_transpose) + m.bulk_modulus() * (j - 1) * j * inverse_transpose;
+  const double alpha = shear_modulus / std::cbrt(j * j);
+  return alpha * (f - f.squaredNorm() / 3.0 * inverse_transpose) + bulk_modulus * (j - 1) * j * inverse_transpose;
+}
+
+inline Mat3 first_piola(const Material& m, const Mat3& f) {
+  return first_piola(m.shear_modulus(), m.bulk_modulus(), f);
 }
 
 }  // namespace tissued::core

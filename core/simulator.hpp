@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/scene.hpp"
+#include "core/strain_domains.hpp"
 #include "core/types.hpp"
 
 namespace tissued::core {
@@ -20,11 +21,12 @@ enum class Scheme { per_frame, algorithm_1 };
 enum class NoisePreset { paper, standard };
 
 struct SolverOptions {
+  Element element = Element::smoothed;
   Scheme scheme = Scheme::per_frame;
   int iterations = 10;        // ADMM iterations a step at most (of algorithm-1: iterations a frame)
   double tolerance = 0.0;     // mm; stop earlier when the residuals fall below it; 0: always all iterations
   double time_step = 0.01;    // s, nominal: what the global step is factored for
-  double weight_scale = 4.0;  // ADMM weights w_i^2 = weight_scale (kappa + 4/3 mu) V_i; 1 cycles on large pushes
+  double weight_scale = 4.0;  // ADMM weights w_i^2 = weight_scale stiffness_i V_i; 1 cycles on large pushes
   int threads = 0;            // of the parallel loops; 0: chosen by the size of the mesh
 };
 

@@ -13,50 +13,40 @@ namespace tissued::core {
 
 namespace {
 
-constexpr int kElementSize = 9 * kLanes;
+constexpr int kStateSize = 9 * kLanes;
 
-// Dx of every element, laid out like ElementState::u.
+Mat3 deformation_gradient(const StrainDomain& domain, const NodeField& x) {
+  Mat3 f = Mat3::Zero();
+  const Vec3 first = x.row(domain.nodes[0]).head<3>().transpose();
+  for (std::size_t a = 1; a < domain.nodes.size(); ++a)
+    f += (x.row(domain.nodes[a]).head<3>().transpose() - first) * domain.gradients[a].transpose();
+  return f;
+}
+
+// Dx of every domain, laid out like DomainState::u.
 void gradients(const Model& model, const NodeField& x, Eigen::VectorXd& out) {
-  for (std::size_t b = 0; b < model.blocks().size(); ++b) {
-    const ElementBlock& block = model.blocks()[b];
-    for (int lane = 0; lane < kLanes; ++lane) {
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-          double sum = 0.0;
-          for (int a = 0; a < 3; ++a)
-            sum +=
-                (x.data()[block.row[a + 1][lane] + i] - x.data()[block.row[0][lane] + i]) * block.gradient[a][j][lane];
-          out[static_cast<Eigen::Index>(b) * kElementSize + (3 * i + j) * kLanes + lane] = sum;
-        }
-      }
-    }
+  for (std::size_t slot = 0; slot < model.blocks().domain.size(); ++slot) {
+    const int domain = model.blocks().domain[slot];
+    if (domain < 0) continue;
+    const Mat3 f = deformation_gradient(model.domains()[domain], x);
+    const auto at = static_cast<Eigen::Index>(slot / kLanes) * kStateSize + static_cast<Eigen::Index>(slot % kLanes);
+    for (int i = 0; i < 9; ++i) out[at + i * kLanes] = f(i / 3, i % 3);
   }
 }
 
 // External less internal force of (11) at every node, mN.
 NodeField unbalanced_force(const Model& model, const NodeField& x, const NodeField& external, int& inverted) {
   NodeField force = external;
-  const TetMesh& mesh = model.scene().mesh;
   inverted = 0;
-  for (int e = 0; e < mesh.tet_count(); ++e) {
-    const ElementBlock& block = model.blocks()[e / kLanes];
-    const int lane = e % kLanes;
-    const Tet& tet = mesh.tets[e];
-    Mat3 gradient, edges;
-    for (int a = 0; a < 3; ++a) {
-      for (int axis = 0; axis < 3; ++axis) gradient(a, axis) = block.gradient[a][axis][lane];
-      edges.col(a) = (x.row(tet[a + 1]) - x.row(tet[0])).head<3>().transpose();
-    }
-    const Mat3 f = edges * gradient;
+  for (const StrainDomain& domain : model.domains()) {
+    const Mat3 f = deformation_gradient(domain, x);
     if (!(f.determinant() > 0)) {
       ++inverted;
       continue;
     }
-    const Mat3 corner = block.volume[lane] * first_piola(model.scene().material, f) * gradient.transpose();
-    for (int a = 0; a < 3; ++a) {
-      force.row(tet[a + 1]).head<3>() -= corner.col(a).transpose();
-      force.row(tet[0]).head<3>() += corner.col(a).transpose();
-    }
+    const Mat3 stress = domain.volume * first_piola(domain.shear_modulus, domain.bulk_modulus, f);
+    for (std::size_t a = 0; a < domain.nodes.size(); ++a)
+      force.row(domain.nodes[a]).head<3>() -= (stress * domain.gradients[a]).transpose();
   }
   return force;
 }
@@ -95,10 +85,10 @@ class AcceleratedAdmm {
         workspace_(workspace),
         options_(options),
         anderson_(weights(model), options.anderson_depth),
-        p_(static_cast<Eigen::Index>(model.blocks().size()) * kElementSize),
+        p_(static_cast<Eigen::Index>(model.blocks().count()) * kStateSize),
         mapped_(p_.size()),
         safe_(p_.size()),
-        gradient_(p_.size()) {}
+        gradient_(Eigen::VectorXd::Zero(p_.size())) {}
 
   // A new load: the map is another one.
   void restart() {
@@ -109,7 +99,7 @@ class AcceleratedAdmm {
     read_p(p_);
   }
 
-  // Returns a cheap measure of what is left: mm, move of the nodes and gap of the elements.
+  // Returns a cheap measure of what is left: mm, move of the nodes and gap of the domains.
   double iterate(StaticSolution& solution) {
     const LocalStepResult local = local_stage(model_, state_, workspace_);
     const double move = global_stage(model_, state_, workspace_, kQuasiStatic);
@@ -138,30 +128,30 @@ class AcceleratedAdmm {
 
  private:
   static Eigen::VectorXd weights(const Model& model) {
-    Eigen::VectorXd w(static_cast<Eigen::Index>(model.blocks().size()) * kElementSize);
-    for (std::size_t b = 0; b < model.blocks().size(); ++b)
-      for (int i = 0; i < kElementSize; ++i)
-        w[static_cast<Eigen::Index>(b) * kElementSize + i] =
-            model.blocks()[b].stiffness[i % kLanes] * model.blocks()[b].volume[i % kLanes];
+    Eigen::VectorXd w(static_cast<Eigen::Index>(model.blocks().count()) * kStateSize);
+    for (int b = 0; b < model.blocks().count(); ++b) {
+      const DomainBlock& block = model.blocks().blocks[b];
+      for (int i = 0; i < kStateSize; ++i)
+        w[static_cast<Eigen::Index>(b) * kStateSize + i] = block.stiffness[i % kLanes] * block.volume[i % kLanes];
+    }
     return w;
   }
 
-  double* dual(std::size_t block) { return &state_.elements[block].u[0][0]; }
+  double* dual(std::size_t block) { return &state_.domains[block].u[0][0]; }
 
   void read_p(Eigen::VectorXd& p) {
-    for (std::size_t b = 0; b < state_.elements.size(); ++b) {
-      const auto at = static_cast<Eigen::Index>(b) * kElementSize;
-      p.segment(at, kElementSize) =
-          gradient_.segment(at, kElementSize) + Eigen::Map<const Eigen::VectorXd>(dual(b), kElementSize);
+    for (std::size_t b = 0; b < state_.domains.size(); ++b) {
+      const auto at = static_cast<Eigen::Index>(b) * kStateSize;
+      p.segment(at, kStateSize) =
+          gradient_.segment(at, kStateSize) + Eigen::Map<const Eigen::VectorXd>(dual(b), kStateSize);
     }
   }
 
   void write_p(const Eigen::VectorXd& p) {
     p_ = p;
-    for (std::size_t b = 0; b < state_.elements.size(); ++b) {
-      const auto at = static_cast<Eigen::Index>(b) * kElementSize;
-      Eigen::Map<Eigen::VectorXd>(dual(b), kElementSize) =
-          p_.segment(at, kElementSize) - gradient_.segment(at, kElementSize);
+    for (std::size_t b = 0; b < state_.domains.size(); ++b) {
+      const auto at = static_cast<Eigen::Index>(b) * kStateSize;
+      Eigen::Map<Eigen::VectorXd>(dual(b), kStateSize) = p_.segment(at, kStateSize) - gradient_.segment(at, kStateSize);
     }
   }
 
@@ -227,7 +217,7 @@ Ending attempt(const Scene& scene, std::span<const PadInput> pads, const StaticO
                const std::function<void(const StaticIteration&)>& watch, StaticSolution& solution) {
   constexpr double kIntermediate = 1e-2;  // mm; loads on the way need not be exact
   constexpr int kCheckEvery = 5;          // iterations; the true balance costs about as much as one
-  const Model model(scene, solution.weight_scale, kQuasiStatic);
+  const Model model(scene, options.element, solution.weight_scale, kQuasiStatic);
   AdmmState state(model);
   AdmmWorkspace workspace(model, resolve_threads(options.threads, scene.mesh.tet_count()));
   AcceleratedAdmm solver(model, state, workspace, options);

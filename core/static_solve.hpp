@@ -9,6 +9,7 @@
 namespace tissued::core {
 
 struct StaticOptions {
+  Element element = Element::smoothed;
   double tolerance = 1e-6;  // mm; see StaticSolution::residual
   int max_iterations = 20000;
   int anderson_depth = 8;     // history of the acceleration; 0: plain ADMM

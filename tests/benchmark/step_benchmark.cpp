@@ -55,6 +55,7 @@ void paper_load(const core::Scene& scene, const char* kind, core::Scheme scheme,
   core::SimulatorOptions options;
   options.kind = kind;
   options.filter.preset = core::NoisePreset::paper;
+  options.solver.element = core::Element::p1;
   options.solver.scheme = scheme;
   options.solver.iterations = per_frame;
   options.solver.threads = 1;
@@ -69,9 +70,9 @@ void paper_load(const core::Scene& scene, const char* kind, core::Scheme scheme,
       kind, iterations, t.p50, t.p99, t.max, limit_ms, paper_s, 1e3 * paper_s / t.p50);
 }
 
-void by_size(const core::Scene& scene, int threads, int repeats) {
+void by_size(const core::Scene& scene, core::Element element, int threads, int repeats) {
   core::SolverOptions defaults;
-  const core::Model model(scene, defaults.weight_scale, 0.01);
+  const core::Model model(scene, element, defaults.weight_scale, 0.01);
   core::AdmmState state(model);
   core::AdmmWorkspace workspace(model, threads);
   const core::Observation observation = pushed(scene, 3.0);
@@ -85,9 +86,9 @@ void by_size(const core::Scene& scene, int threads, int repeats) {
   const Times whole = times_of(repeats, iterate);
   const Eigen::MatrixXd right = Eigen::MatrixXd::Ones(model.system().free_count(), 3);
   const Times reference = times_of(repeats, [&] { model.system().factor().solve(right); });
-  std::printf("%7d %7d %8d  %8.3f %8.3f %8.3f   %8.3f   %8.3f   %5.2f\n", scene.mesh.tet_count(),
-              scene.mesh.node_count(), threads, whole.p50, whole.p99, whole.max, local.p50, reference.p50,
-              whole.p50 / reference.p50);
+  std::printf("%7d %7d %8s %8d  %8.3f %8.3f %8.3f   %8.3f   %8.3f   %5.2f\n", scene.mesh.tet_count(),
+              scene.mesh.node_count(), element == core::Element::p1 ? "p1" : "smoothed", threads, whole.p50, whole.p99,
+              whole.max, local.p50, reference.p50, whole.p50 / reference.p50);
 }
 
 }  // namespace
@@ -101,9 +102,11 @@ int main(int argc, char** argv) {
   paper_load(small, "admm", core::Scheme::per_frame, 500, 500, 100.0, 10.58);
   std::printf(
       "\none iteration (local and global step), ms; solve: CHOLMOD with the same matrix, three right-hand sides\n");
-  std::printf("   tets   nodes  threads       p50      p99      max      local      solve   ratio\n");
-  for (int threads : {1, 2}) by_size(small, threads, 1000);
-  for (int threads : {1, 2}) by_size(benchmark::block_scene(20000), threads, 200);
-  for (int threads : {1, 2}) by_size(benchmark::block_scene(100000), threads, 40);
+  std::printf("   tets   nodes  element  threads       p50      p99      max      local      solve   ratio\n");
+  for (core::Element element : {core::Element::p1, core::Element::smoothed}) {
+    for (int threads : {1, 2}) by_size(small, element, threads, 1000);
+    for (int threads : {1, 2}) by_size(benchmark::block_scene(20000), element, threads, 200);
+    for (int threads : {1, 2}) by_size(benchmark::block_scene(100000), element, threads, 40);
+  }
   return 0;
 }

@@ -162,7 +162,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/simulator/time_step", "0", "/simulator/time_step: 0 is below the minimum 0.0001"},
       {"/simulator/time_step", "\"auto\"", "/simulator/time_step: \"auto\" is not a number or null"},
       {"/simulator/iteration", "3",
-       "/simulator/iteration: unknown key; known are kind, scheme, iterations, tolerance, weight_scale, threads and "
+       "/simulator/iteration: unknown key; known are kind, element, scheme, iterations, tolerance, weight_scale, threads and "
        "time_step"},
       {"/material/youngs_modulus", "-6", "/material/youngs_modulus: -6 is not above 0"},
       {"/material/poissons_ratio", "0.5", "/material/poissons_ratio: 0.5 is not below 0.5"},

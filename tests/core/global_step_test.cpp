@@ -15,8 +15,7 @@ constexpr double kTimeStep = 0.01;
 
 // K = M / dt^2 + L on the free nodes, rows in the factor's order.
 Eigen::MatrixXd dense_system(const Model& model) {
-  const SparseMatrix lower = weighted_laplacian(model.scene().mesh, model.blocks());
-  Eigen::MatrixXd k = Eigen::MatrixXd(lower).selfadjointView<Eigen::Lower>();
+  Eigen::MatrixXd k = Eigen::MatrixXd(model.laplacian()).selfadjointView<Eigen::Lower>();
   k.diagonal() += model.masses() / (kTimeStep * kTimeStep);
   std::vector<int> rows;
   for (int row = 0; row < model.system().free_count(); ++row) rows.push_back(model.system().node_of_row(row));
@@ -65,8 +64,9 @@ TEST_CASE("lumped masses add up to density times volume", "[global_step]") {
 TEST_CASE("L vanishes on constants and measures the gradient of linear fields", "[global_step]") {
   const Scene scene = box_scene({});
   constexpr double kWeightScale = 3.0;
-  const auto blocks = make_element_blocks(scene.mesh, scene.material, kWeightScale);
-  const Eigen::MatrixXd l = Eigen::MatrixXd(weighted_laplacian(scene.mesh, blocks)).selfadjointView<Eigen::Lower>();
+  const auto domains = strain_domains(scene.mesh, scene.material, Element::p1);
+  const Eigen::MatrixXd l = Eigen::MatrixXd(weighted_laplacian(scene.mesh.node_count(), domains, kWeightScale))
+                                .selfadjointView<Eigen::Lower>();
   CHECK((l * Eigen::VectorXd::Ones(l.rows())).cwiseAbs().maxCoeff() < 1e-10 * l.cwiseAbs().maxCoeff());
   std::mt19937 generator(31);
   const Vec3 slope = random_vector(generator);
@@ -76,7 +76,7 @@ TEST_CASE("L vanishes on constants and measures the gradient of linear fields", 
 }
 
 TEST_CASE("the panels in single precision solve what dense algebra solves", "[global_step]") {
-  const Model model(box_scene({5, 4, 3, 8.0}), 4.0, kTimeStep);
+  const Model model(box_scene({5, 4, 3, 8.0}), Element::p1, 4.0, kTimeStep);
   std::mt19937 generator(32);
   const Rows residual = random_rows(model.system().free_count(), generator);
   Rows delta = residual;
@@ -87,7 +87,7 @@ TEST_CASE("the panels in single precision solve what dense algebra solves", "[gl
 }
 
 TEST_CASE("the factor solves in double in the order of the matrix", "[global_step]") {
-  const Model model(box_scene({3, 3, 2, 8.0}), 4.0, kTimeStep);
+  const Model model(box_scene({3, 3, 2, 8.0}), Element::p1, 4.0, kTimeStep);
   const int free = model.system().free_count();
   const Eigen::MatrixXd b = Eigen::MatrixXd::Identity(free, free);
   const Eigen::MatrixXd inverse = model.system().factor().solve(b);
@@ -107,7 +107,7 @@ TEST_CASE("a matrix that is not positive definite is refused", "[global_step]") 
 
 TEST_CASE("held nodes move as prescribed and all else as elimination says, while pads come and go", "[held_nodes]") {
   const Scene scene = box_scene({5, 4, 3, 8.0});
-  const Model model(scene, 4.0, kTimeStep);
+  const Model model(scene, Element::p1, 4.0, kTimeStep);
   const std::vector<int> shared = shared_nodes(scene.mesh, "A1", "A2");
   REQUIRE(!shared.empty());
   const Eigen::MatrixXd k = dense_system(model);

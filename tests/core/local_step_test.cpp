@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
-#include "core/element_blocks.hpp"
+#include "core/domain_blocks.hpp"
 #include "core/neo_hookean.hpp"
 #include "tests/core/test_bodies.hpp"
 
@@ -33,23 +33,22 @@ TetMesh loose_tetrahedra(int count, std::mt19937& generator) {
 struct LocalAnswer {
   std::vector<Mat3> z;
   LocalStepResult result;
-  std::vector<ElementForce> forces;
+  std::vector<CornerForce> forces;
 };
 
 // Runs the local step on given gradients and duals; z is recovered from the new dual, u_new = F + u_old - z.
 LocalAnswer run_local_step(const TetMesh& mesh, const Material& material, double weight_scale,
                            const std::vector<Mat3>& f, const std::vector<Mat3>& u) {
-  const auto blocks = make_element_blocks(mesh, material, weight_scale);
-  std::vector<ElementState> states(blocks.size());
-  reset_element_states(states);
+  const DomainBlocks blocks = make_domain_blocks(strain_domains(mesh, material, Element::p1), weight_scale);
+  std::vector<DomainState> states(static_cast<std::size_t>(blocks.count()));
+  reset_domain_states(states);
   NodeField x = NodeField::Zero(mesh.node_count(), 4);
   for (int i = 0; i < mesh.node_count(); ++i) x.row(i).head<3>() = (f[i / 4] * mesh.node(i)).transpose();
   for (std::size_t e = 0; e < f.size(); ++e)
     for (int i = 0; i < 9; ++i) states[e / kLanes].u[i][e % kLanes] = u[e](i / 3, i % 3);
   LocalAnswer answer;
-  answer.forces.resize(blocks.size());
-  answer.result =
-      local_step(blocks.data(), 0, static_cast<int>(blocks.size()), x.data(), states.data(), answer.forces.data());
+  answer.forces.resize(blocks.corners.size());
+  answer.result = local_step(blocks, 0, blocks.count(), x.data(), states.data(), answer.forces.data());
   for (std::size_t e = 0; e < f.size(); ++e) {
     Mat3 dual;
     for (int i = 0; i < 9; ++i) dual(i / 3, i % 3) = states[e / kLanes].u[i][e % kLanes];
@@ -228,7 +227,7 @@ TEST_CASE("corner forces are minus D^T W^2 (Dx - z + u) and sum to nothing", "[l
     Vec3 sum = Vec3::Zero();
     for (int a = 0; a < 4; ++a) {
       Vec3 force;
-      for (int axis = 0; axis < 3; ++axis) force[axis] = answer.forces[e / kLanes].force[a][axis][e % kLanes];
+      for (int axis = 0; axis < 3; ++axis) force[axis] = answer.forces[4 * (e / kLanes) + a].force[axis][e % kLanes];
       sum += force;
       if (a > 0) CHECK((force - corners.col(a - 1)).norm() < 1e-9 * (1.0 + corners.norm()));
     }

@@ -19,8 +19,8 @@ struct Bench {
   MarkerFilter filter;
 
   Bench(const Scene& scene, const FilterOptions& options)
-      : model(scene, kWeightScale, kTimeStep),
-        basis(modal_basis(scene.mesh, model.blocks(), model.masses(), model.system().free_nodes(), options.modes)),
+      : model(scene, Element::p1, kWeightScale, kTimeStep),
+        basis(modal_basis(model.laplacian(), model.masses(), model.system().free_nodes(), options.modes)),
         filter(model, basis, options) {}
 
   // The filter's own covariance in nodal coordinates.
@@ -135,7 +135,7 @@ TEST_CASE("the filter starts where the textbook settles with all markers seen", 
 }
 
 TEST_CASE("the standard preset gives the markers the prior variance it is asked for", "[marker_filter]") {
-  const Model model(box_scene({2, 2, 2, 10.0}), kWeightScale, kTimeStep);
+  const Model model(box_scene({2, 2, 2, 10.0}), Element::p1, kWeightScale, kTimeStep);
   CHECK(textbook_of(model, FilterOptions{}).marker_prior() == Approx(1.0));
 }
 
@@ -209,6 +209,6 @@ TEST_CASE("a few modes stay finite and claim less than all of them", "[marker_fi
   }
   // The lowest modes are those of the complete basis.
   const ModalBasis all =
-      modal_basis(scene.mesh, bench.model.blocks(), bench.model.masses(), bench.model.system().free_nodes(), 0);
+      modal_basis(bench.model.laplacian(), bench.model.masses(), bench.model.system().free_nodes(), 0);
   for (int j = 0; j < 20; ++j) CHECK(bench.filter.basis().lambda[j] == Approx(all.lambda[j]).epsilon(1e-6));
 }

@@ -17,6 +17,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 SimulatorOptions options_of(const std::string& kind, Scheme scheme = Scheme::per_frame) {
   SimulatorOptions options;
   options.kind = kind;
+  options.solver.element = Element::p1;
   options.solver.scheme = scheme;
   options.solver.threads = 1;
   return options;
@@ -209,7 +210,7 @@ TEST_CASE("a pad that jumps is ramped and arrives, and nothing stays inverted", 
 
 TEST_CASE("an inverted body recovers", "[simulator]") {
   const Scene scene = box_scene(kSmall);
-  const Model model(scene, 4.0, 0.01);
+  const Model model(scene, Element::p1, 4.0, 0.01);
   AdmmState state(model);
   AdmmWorkspace workspace(model, 1);
   std::mt19937 generator(51);

@@ -23,7 +23,8 @@ PadInput pushed(const Pad& pad, const Vec3& way, double turn = 0.0) {
 
 StaticOptions fine() {
   StaticOptions options;
-  options.tolerance = 1e-8;
+  options.element = Element::p1;
+  options.tolerance = 3e-9;
   options.threads = 1;
   return options;
 }

@@ -18,6 +18,7 @@ TEST_CASE("admm meets the reference answers of linear tetrahedra at every node")
     INFO(name << ", weights x " << weights);
     const core::Scene scene = reference_scene(asked);
     core::StaticOptions options;
+    options.element = core::Element::p1;
     options.weight_scale = weights;
     const core::StaticSolution solution = core::solve_static(scene, reference_pads(scene, asked), options);
     REQUIRE(solution.converged);
