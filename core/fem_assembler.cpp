@@ -25,6 +25,10 @@ FemAssembler::FemAssembler(const FemPattern& pattern, const std::vector<std::uni
       }
     }
     energies += static_cast<std::size_t>(term->entity_count());
+    constexpr int kRange = 64;
+    const int range = (kRange + term->batch() - 1) / term->batch() * term->batch();
+    for (int begin = 0; begin < term->entity_count(); begin += range)
+      ranges_.push_back({slots_.size() - 1, begin, std::min(begin + range, term->entity_count())});
   }
   energy_.resize(energies);
   residual_.resize(residuals);
@@ -46,21 +50,20 @@ TermInput FemAssembler::input_of(std::size_t term, const Eigen::VectorXd& x, dou
   return {x.data(), time_step, history[term].data()};
 }
 
-// work(term, begin, end) for all entities of all terms.
+// A second thread costs some 50 us to wake; so many numbers are computed in a millisecond.
+int FemAssembler::threads_for(std::size_t numbers) const { return numbers > 500000 ? threads_ : 1; }
+
 template <typename Work>
-void FemAssembler::for_each_range(const Work& work) const {
-  constexpr int kRange = 32;
-  for (std::size_t t = 0; t < terms_->size(); ++t) {
-    const int count = (*terms_)[t]->entity_count(), batch = (*terms_)[t]->batch();
-    const int range = (kRange + batch - 1) / batch * batch;
-#pragma omp parallel for schedule(dynamic) num_threads(threads_) if (threads_ > 1)
-    for (int begin = 0; begin < count; begin += range) work(t, begin, std::min(begin + range, count));
-  }
+void FemAssembler::for_each_range(int threads, const Work& work) const {
+  const int count = static_cast<int>(ranges_.size());
+#pragma omp parallel for schedule(dynamic) num_threads(threads) if (threads > 1)
+  for (int r = 0; r < count; ++r) work(ranges_[r].term, ranges_[r].begin, ranges_[r].end);
 }
 
 double FemAssembler::evaluate(const Eigen::VectorXd& x, double time_step, const FemHistory& history,
                               Eigen::VectorXd& residual, std::vector<double>* values) {
-  for_each_range([&](std::size_t t, int begin, int end) {
+  const int threads = threads_for(values != nullptr ? tangent_.size() : residual_.size());
+  for_each_range(threads, [&](std::size_t t, int begin, int end) {
     const FemTerm& term = *(*terms_)[t];
     const bool tangent = values != nullptr && term.has_tangent();
     term.evaluate(begin, end, input_of(t, x, time_step, history),
@@ -68,7 +71,7 @@ double FemAssembler::evaluate(const Eigen::VectorXd& x, double time_step, const 
                    tangent ? tangent_.data() + slots_[t].tangent : nullptr});
   });
   gather_residual(residual);
-  if (values != nullptr) gather_tangent(*values);
+  if (values != nullptr) gather_tangent(threads, *values);
   double energy = 0.0;
   for (const double part : energy_) energy += part;
   return energy;
@@ -78,7 +81,7 @@ void FemAssembler::differentiate(int term, int parameter, const Eigen::VectorXd&
                                  const FemHistory& history, Eigen::VectorXd& residual) {
   std::fill(residual_.begin(), residual_.end(), 0.0);
   const auto chosen = static_cast<std::size_t>(term);
-  for_each_range([&](std::size_t t, int begin, int end) {
+  for_each_range(threads_for(residual_.size()), [&](std::size_t t, int begin, int end) {
     if (t != chosen) return;
     (*terms_)[t]->differentiate(parameter, begin, end, input_of(t, x, time_step, history),
                                 residual_.data() + slots_[t].residual);
@@ -96,9 +99,9 @@ void FemAssembler::gather_residual(Eigen::VectorXd& residual) const {
   }
 }
 
-void FemAssembler::gather_tangent(std::vector<double>& values) const {
+void FemAssembler::gather_tangent(int threads, std::vector<double>& values) const {
   values.resize(pattern_->entries());
-#pragma omp parallel for schedule(static) num_threads(threads_) if (threads_ > 1)
+#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
   for (int j = 0; j < pattern_->node_count; ++j) {
     for (int b = pattern_->block_begin[j]; b < pattern_->block_begin[j + 1]; ++b) {
       double sum[9] = {};

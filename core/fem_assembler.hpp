@@ -41,20 +41,27 @@ class FemAssembler {
   struct Slot {
     std::size_t energy, residual, tangent;  // where the term's slices begin
   };
+  // Entities of one term that are evaluated together.
+  struct Range {
+    std::size_t term;
+    int begin, end;
+  };
   struct Contribution {
     std::size_t offset;
     bool transposed;
   };
   void gather_residual(Eigen::VectorXd& residual) const;
-  void gather_tangent(std::vector<double>& values) const;
+  void gather_tangent(int threads, std::vector<double>& values) const;
+  int threads_for(std::size_t numbers) const;
   TermInput input_of(std::size_t term, const Eigen::VectorXd& x, double time_step, const FemHistory& history) const;
   template <typename Work>
-  void for_each_range(const Work& work) const;
+  void for_each_range(int threads, const Work& work) const;
 
   const FemPattern* pattern_;
   const std::vector<std::unique_ptr<FemTerm>>* terms_;
   int threads_;
   std::vector<Slot> slots_;
+  std::vector<Range> ranges_;
   std::vector<double> energy_, residual_, tangent_;
   std::vector<std::size_t> residual_begin_, residual_from_;  // per node: offsets into residual_
   std::vector<std::size_t> tangent_begin_;                   // per block of the pattern

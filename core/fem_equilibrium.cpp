@@ -54,7 +54,7 @@ struct FemEquilibrium::Attempt {
 FemEquilibrium::FemEquilibrium(const FemModel& model, int threads)
     : model_(&model),
       assembler_(model.pattern(), model.terms(), threads),
-      factor_(model.pattern(), model.fixed(), threads) {}
+      factor_(model.pattern(), model.fixed()) {}
 
 void FemEquilibrium::accept(const Eigen::VectorXd& x, double time_step, FemHistory& history) const {
   for (std::size_t t = 0; t < history.size(); ++t)
@@ -135,7 +135,7 @@ double FemEquilibrium::search(const Attempt& attempt, const Eigen::VectorXd& dir
 // Newton's corrections at fixed held nodes. The factor is kept while its corrections shrink fast enough: a solve costs
 // a small part of a factorisation.
 bool FemEquilibrium::correct(const Attempt& attempt, Eigen::VectorXd& x, Eigen::VectorXd& residual, FemReport& report) {
-  constexpr double kWorthKeeping = 0.3;
+  constexpr double kWorthKeeping = 0.5;
   const FemControl& control = attempt.control;
   double last = std::numeric_limits<double>::infinity();
   bool is_fresh = false;

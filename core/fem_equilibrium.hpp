@@ -28,6 +28,7 @@ struct FemBalance {
 struct FemHold {
   std::vector<std::uint8_t> held;  // (n), the fixed nodes included
   Eigen::VectorXd position;        // (3n) mm, read at held nodes
+  std::vector<int> pad;            // (n) that holds the node; -1: none
 };
 
 enum class FemTrouble { none, inverted, stalled, indefinite };
@@ -65,6 +66,8 @@ class FemEquilibrium {
   }
   // The state at x follows on `history` after time_step, which becomes its own.
   void accept(const Eigen::VectorXd& x, double time_step, FemHistory& history) const;
+  // The next solve begins with a tangent of its own: the balance became another one.
+  void forget_factor() { factor_held_.clear(); }
   FemAssembler& assembler() { return assembler_; }
   FemFactor& factor() { return factor_; }
   const FemModel& model() const { return *model_; }

@@ -1,6 +1,7 @@
 #include "core/fem_factor.hpp"
 
 #include <cholmod.h>
+#include <omp.h>
 
 #include <cmath>
 
@@ -9,10 +10,29 @@ extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 
 namespace tissued::core {
 
+namespace {
+
+// One thread while CHOLMOD works: OpenBLAS's bits depend on how many it has, and CHOLMOD's own loops over threads cost
+// more than they bring on panels of this size.
+class OneThread {
+ public:
+  OneThread() : levels_(omp_get_max_active_levels()) {
+    omp_set_max_active_levels(0);
+    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
+  }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+  ~OneThread() { omp_set_max_active_levels(levels_); }
+
+ private:
+  int levels_;
+};
+
+}  // namespace
+
 struct FemFactor::Parts {
   mutable cholmod_common common;
   cholmod_factor* factor = nullptr;
-  int threads = 1;
   bool ready = false;
   std::vector<int> node;           // free nodes, ascending
   std::vector<int> column, row;    // the reduced matrix
@@ -48,16 +68,11 @@ struct FemFactor::Parts {
     a.packed = 1;
     return a;
   }
-
-  void limit_threads() const {
-    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(threads);
-  }
 };
 
-FemFactor::FemFactor(const FemPattern& pattern, const std::vector<std::uint8_t>& excluded, int threads)
+FemFactor::FemFactor(const FemPattern& pattern, const std::vector<std::uint8_t>& excluded)
     : parts_(std::make_unique<Parts>()) {
   Parts& p = *parts_;
-  p.threads = threads;
   std::vector<int> reduced(static_cast<std::size_t>(pattern.node_count), -1);
   for (int i = 0; i < pattern.node_count; ++i) {
     if (excluded[i]) continue;
@@ -106,7 +121,7 @@ bool FemFactor::factorize(const std::vector<double>& values, const std::vector<s
     }
   }
   cholmod_sparse a = p.view();
-  p.limit_threads();
+  const OneThread one;
   cholmod_factorize(&a, p.factor, &p.common);
   p.ready = p.common.status == CHOLMOD_OK && p.factor->minor == p.factor->n;
   return p.ready;
@@ -132,7 +147,7 @@ Eigen::MatrixXd FemFactor::solve(const Eigen::MatrixXd& b) const {
   view.x = right.data();
   view.xtype = CHOLMOD_REAL;
   view.dtype = CHOLMOD_DOUBLE;
-  p.limit_threads();
+  const OneThread one;
   cholmod_dense* answer = cholmod_solve(CHOLMOD_A, p.factor, &view, &p.common);
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(b.rows(), b.cols());
   const Eigen::Map<Eigen::MatrixXd> solved(static_cast<double*>(answer->x), right.rows(), right.cols());

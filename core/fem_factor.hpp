@@ -13,9 +13,8 @@ namespace tissued::core {
 
 class FemFactor {
  public:
-  // excluded: (nodes) nonzero where a node never moves freely. Throws ModelError where no node is left. threads: of the
-  // dense kernels below CHOLMOD, where they can be told (OpenBLAS).
-  FemFactor(const FemPattern& pattern, const std::vector<std::uint8_t>& excluded, int threads);
+  // excluded: (nodes) nonzero where a node never moves freely. Throws ModelError where no node is left.
+  FemFactor(const FemPattern& pattern, const std::vector<std::uint8_t>& excluded);
   ~FemFactor();
   FemFactor(FemFactor&&) noexcept;
   FemFactor& operator=(FemFactor&&) noexcept;

@@ -151,24 +151,47 @@ void FemSolid::evaluate(int begin, int end, const TermInput& input, const TermOu
   }
 }
 
-void FemSolid::differentiate(int index, int begin, int end, const TermInput& input, double* out) const {
+template <typename Stress>
+void FemSolid::integrate(int begin, int end, const double* x, const Stress& stress_at, double* out) const {
   alignas(64) double corners[kRows * kPointLanes], residual[kRows * kPointLanes], stress[9][kPointLanes];
   PointDeformation deformation;
   const int rows = 3 * nodes_per_entity();
-  const auto law = static_cast<std::size_t>(law_parameters_[index].law);
   for (int first = begin; first < end; first += kPointLanes) {
     const int at = first / kPointLanes;
-    gather(blocks_[at], nodes_per_entity(), input.x, corners);
+    gather(blocks_[at], nodes_per_entity(), x, corners);
     std::fill_n(residual, rows * kPointLanes, 0.0);
     for (int q = 0; q < points_per_element(); ++q) {
       solid_deformation(blocks_[at], points_[q], corners, deformation);
-      laws_[law]->differentiate(law_parameters_[index].index, batch_of(law, at, q, input), deformation, stress);
-      for (auto& entry : stress)
-        for (int l = 0; l < kPointLanes; ++l) entry[l] *= scale(at, q, l);
+      stress_at(at, q, deformation, stress);
       solid_add_residual(blocks_[at], points_[q], stress, residual);
     }
     transpose(residual, rows, std::min(kPointLanes, end - first), out + static_cast<std::ptrdiff_t>(first) * rows);
   }
+}
+
+void FemSolid::differentiate(int index, int begin, int end, const TermInput& input, double* out) const {
+  const LawParameter& chosen = law_parameters_[index];
+  const auto law = static_cast<std::size_t>(chosen.law);
+  const auto stress_at = [&](int at, int q, const PointDeformation& deformation, double(*stress)[kPointLanes]) {
+    laws_[law]->differentiate(chosen.index, batch_of(law, at, q, input), deformation, stress);
+    for (int k = 0; k < 9; ++k)
+      for (int l = 0; l < kPointLanes; ++l) stress[k][l] *= scale(at, q, l);
+  };
+  integrate(begin, end, input.x, stress_at, out);
+}
+
+void FemSolid::differentiate_stiffness(const std::vector<double>& field, int begin, int end, const TermInput& input,
+                                       double* out) const {
+  const auto stress_at = [&](int at, int q, const PointDeformation& deformation, double(*stress)[kPointLanes]) {
+    PointResponse response;
+    respond(at, q, deformation, input, false, response);
+    for (int l = 0; l < kPointLanes; ++l) {
+      const int element = std::min(at * kPointLanes + l, entity_count() - 1);
+      const double weight = field[static_cast<std::size_t>(element) * points_.size() + q];
+      for (int k = 0; k < 9; ++k) stress[k][l] = weight * response.stress[k][l];
+    }
+  };
+  integrate(begin, end, input.x, stress_at, out);
 }
 
 void FemSolid::accept(const TermInput& input, double* history) const {

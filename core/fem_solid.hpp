@@ -41,6 +41,10 @@ class FemSolid final : public FemTerm {
   void set_parameter(int index, double value) override;
   void differentiate(int index, int begin, int end, const TermInput& input, double* residual) const override;
 
+  // Overwrites `residual` with its derivative by the logarithm of the stiffness, along `field` (elements x points).
+  void differentiate_stiffness(const std::vector<double>& field, int begin, int end, const TermInput& input,
+                               double* residual) const;
+
   std::size_t history_size() const override;
   void accept(const TermInput& input, double* history) const override;
 
@@ -61,6 +65,9 @@ class FemSolid final : public FemTerm {
   void respond(int block, int point, const PointDeformation& deformation, const TermInput& input, bool tangent,
                PointResponse& response) const;
   double scale(int block, int point, int lane) const;
+  // Integrates what stress(block, point, deformation, stress[9][lanes]) gives, already scaled.
+  template <typename Stress>
+  void integrate(int begin, int end, const double* x, const Stress& stress, double* out) const;
 
   const FemMesh* mesh_;
   TetQuadrature quadrature_;

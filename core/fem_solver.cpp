@@ -8,18 +8,20 @@ FemState rest_state(const FemModel& model) {
   state.velocity.setZero(state.x.size());
   state.acceleration.setZero(state.x.size());
   state.force.setZero(state.x.size());
+  state.reaction = state.force;
   for (const auto& term : model.terms()) state.history.emplace_back(term->history_size(), 0.0);
-  state.hold = {model.fixed(), state.x};
+  state.hold = hold_of(model, {});
   return state;
 }
 
 FemHold hold_of(const FemModel& model, std::span<const PadInput> pads) {
-  FemHold hold{model.fixed(), model.rest()};
+  FemHold hold{model.fixed(), model.rest(), std::vector<int>(model.fixed().size(), -1)};
   for (std::size_t p = 0; p < pads.size(); ++p) {
     if (pads[p].kind != PadInput::Kind::pose) continue;
     for (int node : model.pad_nodes()[p]) {
       if (hold.held[node]) continue;
       hold.held[node] = 1;
+      hold.pad[node] = static_cast<int>(p);
       const Vec3 arm = model.mesh().rest.row(node).transpose() - model.scene().pads[p].center;
       hold.position.segment<3>(3 * node) = pads[p].center + pads[p].rotation * arm;
     }
@@ -50,24 +52,20 @@ FemReport solve_static(FemEquilibrium& equilibrium, FemState& state, const FemLo
   const FemReport report = equilibrium.find(balance, state.hold, state.history, control, state.x);
   equilibrium.terms(state.x, time_step, state.history, state.force);
   state.force -= external;
+  state.reaction = state.force;
   state.velocity.setZero();
   state.acceleration.setZero();
   if (report.converged) equilibrium.accept(state.x, time_step, state.history);
   return report;
 }
 
-std::vector<Vec3> pad_forces(const FemModel& model, const FemState& state, std::span<const PadInput> pads) {
+std::vector<Vec3> pad_forces(const FemState& state, std::span<const PadInput> pads) {
   std::vector<Vec3> forces(pads.size(), Vec3::Zero());
-  std::vector<std::uint8_t> counted = model.fixed();
-  for (std::size_t p = 0; p < pads.size(); ++p) {
+  for (std::size_t p = 0; p < pads.size(); ++p)
     if (pads[p].kind == PadInput::Kind::force) forces[p] = pads[p].force;
-    if (pads[p].kind != PadInput::Kind::pose) continue;
-    for (int node : model.pad_nodes()[p]) {
-      if (counted[node]) continue;
-      counted[node] = 1;
-      forces[p] += state.force.segment<3>(3 * node) / kMillinewtonPerNewton;
-    }
-  }
+  for (std::size_t i = 0; i < state.hold.pad.size(); ++i)
+    if (state.hold.pad[i] >= 0)
+      forces[state.hold.pad[i]] += state.reaction.segment<3>(3 * static_cast<Eigen::Index>(i)) / kMillinewtonPerNewton;
   return forces;
 }
 

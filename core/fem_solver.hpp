@@ -18,6 +18,7 @@ struct FemLoads {
 struct FemState {
   Eigen::VectorXd x, velocity, acceleration;  // (3n) mm, mm/s, mm/s2
   Eigen::VectorXd force;                      // (3n) mN: of the terms, less the external forces, at x
+  Eigen::VectorXd reaction;                   // (3n) mN: what holds the held nodes: `force`, and inertia and damping
   FemHistory history;                         // of the terms
   FemHold hold;                               // of the last solve
 };
@@ -36,6 +37,6 @@ FemReport solve_static(FemEquilibrium& equilibrium, FemState& state, const FemLo
                        double time_step = 0.0);
 
 // N, of each pad on the tissue: what holds its nodes, or the force it was given. Zero where absent.
-std::vector<Vec3> pad_forces(const FemModel& model, const FemState& state, std::span<const PadInput> pads);
+std::vector<Vec3> pad_forces(const FemState& state, std::span<const PadInput> pads);
 
 }  // namespace tissued::core

@@ -35,7 +35,7 @@ Answer solve(const core::Scene& scene, const std::vector<core::PadInput>& pads, 
   };
   for (const auto& marker : scene.markers) read(marker.rest);
   for (const auto& target : scene.targets) read(target.rest);
-  answer.pad_forces = core::pad_forces(model, state, pads);
+  answer.pad_forces = core::pad_forces(state, pads);
   return answer;
 }
 
