@@ -11,8 +11,9 @@ namespace {
 // As printed: linear tetrahedra, one iteration and one correction per n, Q = 3 I, R = 0.01 I.
 const std::vector<EvaluatedModel>& published_models() {
   static const std::vector<EvaluatedModel> kModels{
-      {"paper", {"simulator.kind=kf-admm", "simulator.scheme=algorithm-1", "filter.preset=paper"}},
-      {"paper-admm", {"simulator.kind=admm", "simulator.scheme=algorithm-1"}},
+      {"paper",
+       {"simulator.kind=kf-admm", "simulator.scheme=algorithm-1", "simulator.element=p1", "filter.preset=paper"}},
+      {"paper-admm", {"simulator.kind=admm", "simulator.scheme=algorithm-1", "simulator.element=p1"}},
   };
   return kModels;
 }

@@ -1,6 +1,7 @@
 #include "daemon/evaluation_figures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -11,9 +12,9 @@
 namespace tissued::daemon {
 namespace {
 
-constexpr double kSettled = 0.05;    // of the way
-constexpr double kSmoothing = 0.1;   // s to either side
-constexpr double kLeastError = 0.1;  // mm, where logarithmic axes of errors begin; smaller ones lie on the edge
+constexpr double kSettled = 0.05;                          // of the way
+constexpr double kSmoothing = 0.1;                         // s to either side
+constexpr std::array kLeastErrors{0.1, 0.05, 0.02, 0.01};  // mm, where logarithmic axes of errors can begin
 
 std::string figure(const std::string& panels, const std::string& legend, std::string_view caption) {
   return element("figure", legend + element("div", panels, "class=\"panels\"") + element("figcaption", caption));
@@ -105,6 +106,16 @@ double largest(const std::vector<LineSeries>& series, std::vector<double> LineSe
   return most;
 }
 
+// Errors that are smaller still lie on the edge.
+double axis_begin(const std::vector<LineSeries>& series) {
+  double least = kLeastErrors.front();
+  for (const LineSeries& s : series) {
+    for (const double value : s.y) least = std::fmin(least, value);
+  }
+  const auto begin = std::ranges::find_if(kLeastErrors, [least](double candidate) { return candidate <= least; });
+  return begin != kLeastErrors.end() ? *begin : kLeastErrors.back();
+}
+
 DotPlot trial_plot(const BundleEvaluation& bundle, const SetupList& setups, const std::string& title,
                    double (*value)(const RunScore&)) {
   DotPlot plot;
@@ -188,7 +199,7 @@ std::string jump_figure(const BundleEvaluation& bundle, const SetupList& setups,
     for (const std::size_t s : setups) plot.series.push_back(jump_series(bundle, s, trial));
     const std::string target = bundle.bundle.scene.targets.front().name;
     plot.x = {"ADMM iterations after the jump", 0.0, largest(plot.series, &LineSeries::x)};
-    plot.y = {"error of " + target + ", mm (log)", kLeastError,
+    plot.y = {"error of " + target + ", mm (log)", axis_begin(plot.series),
               std::max(round_up(largest(plot.series, &LineSeries::y)), 1.0), true};
     panels += svg(plot);
   }

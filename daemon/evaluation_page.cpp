@@ -34,15 +34,16 @@ std::string utc_now() {
 }
 
 std::string model_table(const BundleEvaluation& bundle) {
-  HtmlTable table({"model", "simulator", "scheme", "iterations a frame", "keys set"}, 5);
+  HtmlTable table({"model", "simulator", "element", "scheme", "iterations a frame", "keys set"}, 6);
   std::string last;
   for (const Setup& setup : bundle.setups) {
     if (setup.model.name == last) continue;
     last = setup.model.name;
     const core::SimulatorOptions& options = setup.config.simulator;
     const bool as_printed = options.solver.scheme == core::Scheme::algorithm_1;
-    table.add_row({element("b", escape_html(last)), escape_html(options.kind), as_printed ? "algorithm-1" : "per-frame",
-                   std::to_string(options.solver.iterations),
+    table.add_row({element("b", escape_html(last)), escape_html(options.kind),
+                   options.solver.element == core::Element::p1 ? "p1" : "smoothed",
+                   as_printed ? "algorithm-1" : "per-frame", std::to_string(options.solver.iterations),
                    element("code", escape_html(join(setup.model.overrides, " ")))});
   }
   return table.html("Models: what of the configuration makes them; everything else is at its default.");

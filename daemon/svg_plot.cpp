@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<const char*, SeriesStyle::kDashes> kDashArrays{"", "6 3", "2 3", "9 3 2 3"};
 constexpr double kMarkRadius = 4.0;
-constexpr double kReferenceMargin = 150;  // px, for the labels of reference lines
+constexpr double kReferenceMargin = 160;  // px, for the labels of reference lines
 
 // Numbers in SVG need no more than a tenth of a pixel.
 std::string px(double value) {

@@ -23,6 +23,7 @@ TEST_CASE("Every simulator is a model, everything else at its default") {
     CHECK(config.simulator.kind == name);
     CHECK(config.simulator.filter.preset == core::NoisePreset::standard);
     CHECK(config.simulator.solver.scheme == core::Scheme::per_frame);
+    CHECK(config.simulator.solver.element == core::Element::smoothed);
   }
 }
 
@@ -31,7 +32,10 @@ TEST_CASE("The paper's models are as the paper prints them") {
   CHECK(closed.simulator.kind == "kf-admm");
   CHECK(closed.simulator.filter.preset == core::NoisePreset::paper);
   CHECK(open.simulator.kind == "admm");
-  for (const auto* config : {&closed, &open}) CHECK(config->simulator.solver.scheme == core::Scheme::algorithm_1);
+  for (const auto* config : {&closed, &open}) {
+    CHECK(config->simulator.solver.scheme == core::Scheme::algorithm_1);
+    CHECK(config->simulator.solver.element == core::Element::p1);
+  }
 }
 
 TEST_CASE("A model that there is not is refused, with those that there are") {
