@@ -62,7 +62,7 @@ using FamilyValue = std::function<double(const Family&)>;
 class PaperTable {
  public:
   PaperTable(const BundleEvaluation& bundle, std::vector<Family> families)
-      : bundle_(bundle), families_(std::move(families)), table_(headings(families_), 1) {}
+      : bundle_(bundle), families_(std::move(families)), table_(headings(bundle, families_), 1) {}
 
   void add(const std::string& what, const std::string& in_paper, int digits, const FamilyValue& value) {
     std::vector<std::string> row{what, printed(in_paper)};
@@ -85,9 +85,13 @@ class PaperTable {
   std::string html(std::string_view caption) const { return table_.html(caption); }
 
  private:
-  static std::vector<std::string> headings(const std::vector<Family>& families) {
+  // `admm / kf-admm`: open loop / closed loop.
+  static std::vector<std::string> headings(const BundleEvaluation& bundle, const std::vector<Family>& families) {
     std::vector<std::string> names{"", "paper, printed"};
-    for (const Family& family : families) names.push_back(escape_html(family.name));
+    for (const Family& family : families) {
+      const std::string open = family.open_loop ? bundle.setups[*family.open_loop].model.name + " / " : "";
+      names.push_back(escape_html(open + family.name));
+    }
     return names;
   }
   const BundleEvaluation& bundle_;
