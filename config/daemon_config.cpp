@@ -63,6 +63,19 @@ ClientsConfig read_clients(const Document& document) {
   return clients;
 }
 
+core::FemSimulatorOptions read_fem(const Document& document) {
+  core::FemSimulatorOptions options;
+  if (document.value<std::string>("/fem/element", "p2") == "p1") options.element = core::FemElement::p1;
+  const auto dynamics = document.value<std::string>("/fem/dynamics", "quasi-static");
+  core::TimeScheme scheme;
+  if (dynamics == "implicit-euler") scheme.kind = core::TimeScheme::Kind::implicit_euler;
+  scheme.spectral_radius = document.value("/fem/spectral_radius", scheme.spectral_radius);
+  if (dynamics != "quasi-static") options.dynamics = scheme;
+  options.damping.mass = document.value("/fem/mass_damping", options.damping.mass);
+  options.damping.stiffness = document.value("/fem/stiffness_damping", options.damping.stiffness);
+  return options;
+}
+
 core::SimulatorOptions read_simulator(const Document& document, const Bundle& bundle) {
   core::SimulatorOptions options;
   options.kind = document.value("/simulator/kind", options.kind);
@@ -79,6 +92,7 @@ core::SimulatorOptions read_simulator(const Document& document, const Bundle& bu
   options.filter.process_noise = document.value("/filter/process_noise", options.filter.process_noise);
   options.filter.measurement_noise = document.value("/filter/measurement_noise", options.filter.measurement_noise);
   options.filter.modes = document.value("/filter/modes", options.filter.modes);
+  options.fem = read_fem(document);
   return options;
 }
 

@@ -1,9 +1,9 @@
 #include "core/admm_simulator.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
+
+#include "core/state_hash.hpp"
 
 namespace tissued::core {
 
@@ -139,29 +139,11 @@ Vec3 AdmmSimulator::marker(int index) const noexcept {
 }
 
 std::uint64_t AdmmSimulator::state_hash() const noexcept {
-  std::uint64_t hash = 14695981039346656037ull;
-  const auto mix = [&](const double* values, Eigen::Index count) {
-    for (Eigen::Index i = 0; i < count; ++i) {
-      std::uint64_t bits;
-      std::memcpy(&bits, values + i, sizeof bits);
-      hash = (hash ^ bits) * 1099511628211ull;
-    }
-  };
-  mix(state_->x.data(), state_->x.size());
-  mix(state_->x_previous.data(), state_->x_previous.size());
-  for (const DomainState& domain : state_->domains) mix(&domain.u[0][0], 9 * kLanes);
-  return hash;
-}
-
-std::span<const std::string_view> simulator_names() {
-  static constexpr std::array<std::string_view, 2> kNames{"kf-admm", "admm"};
-  return kNames;
-}
-
-std::unique_ptr<Simulator> make_simulator(const Scene& scene, const SimulatorOptions& options) {
-  if (options.kind == "kf-admm") return std::make_unique<AdmmSimulator>(scene, options, true);
-  if (options.kind == "admm") return std::make_unique<AdmmSimulator>(scene, options, false);
-  throw ModelError("simulator.kind \"" + options.kind + "\" is not known: kf-admm or admm");
+  StateHash hash;
+  hash.mix(state_->x.data(), state_->x.size());
+  hash.mix(state_->x_previous.data(), state_->x_previous.size());
+  for (const DomainState& domain : state_->domains) hash.mix(&domain.u[0][0], 9 * kLanes);
+  return hash.value();
 }
 
 }  // namespace tissued::core

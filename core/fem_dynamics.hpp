@@ -6,20 +6,9 @@
 #pragma once
 
 #include "core/fem_solver.hpp"
+#include "core/fem_time_scheme.hpp"
 
 namespace tissued::core {
-
-struct TimeScheme {
-  enum class Kind { implicit_euler, generalized_alpha };
-  Kind kind = Kind::generalized_alpha;
-  double spectral_radius = 0.8;  // in [0, 1]; 1: no numerical damping. Of generalized-alpha
-};
-
-// C = mass M + stiffness K(rest).
-struct RayleighDamping {
-  double mass = 0.0;       // 1/s
-  double stiffness = 0.0;  // s
-};
 
 class FemDynamics {
  public:

@@ -52,9 +52,7 @@ struct FemEquilibrium::Attempt {
 };
 
 FemEquilibrium::FemEquilibrium(const FemModel& model, int threads)
-    : model_(&model),
-      assembler_(model.pattern(), model.terms(), threads),
-      factor_(model.pattern(), model.fixed()) {}
+    : model_(&model), assembler_(model.pattern(), model.terms(), threads), factor_(model.pattern(), model.fixed()) {}
 
 void FemEquilibrium::accept(const Eigen::VectorXd& x, double time_step, FemHistory& history) const {
   for (std::size_t t = 0; t < history.size(); ++t)

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/fem_mesh.hpp"
+#include "core/fem_time_scheme.hpp"
 #include "core/scene.hpp"
 #include "core/strain_domains.hpp"
 #include "core/types.hpp"
@@ -37,10 +40,17 @@ struct FilterOptions {
   int modes = 0;                   // lowest modes kept; 0: all up to 1200 free nodes, else 300
 };
 
+struct FemSimulatorOptions {
+  FemElement element = FemElement::p2;
+  std::optional<TimeScheme> dynamics;  // none: quasi-static
+  RayleighDamping damping;             // of the dynamics
+};
+
 struct SimulatorOptions {
-  std::string kind = "kf-admm";  // kf-admm | admm
-  SolverOptions solver;
+  std::string kind = "kf-admm";  // kf-admm | admm | fem
+  SolverOptions solver;          // of fem: tolerance, time_step and threads
   FilterOptions filter;
+  FemSimulatorOptions fem;
 };
 
 // What one pad does in one frame.
@@ -69,7 +79,7 @@ struct Observation {
 struct StepReport {
   int iterations = 0;
   double primal_residual = 0.0;  // mm; largest |Dx - z| of an element times its edge length
-  double dual_residual = 0.0;    // mm; largest move of a node in the last iteration
+  double dual_residual = 0.0;    // mm; largest move of a node in the last iteration (of fem: in the last correction)
   bool converged = false;        // both below the tolerance (or below 0.1 mm where it is 0)
   bool finite = true;            // false: the state was not finite; it holds the last finite one
   int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began
@@ -89,7 +99,8 @@ class Simulator {
   virtual const Scene& scene() const = 0;
   // Back to rest. Allocates nothing.
   virtual void reset() = 0;
-  // One tracker frame. Never throws, never allocates after the first call; what went wrong is in the report.
+  // One tracker frame. Never throws; never allocates after the first call, but for fem, which is no simulator for the
+  // loop. What went wrong is in the report.
   virtual StepReport step(const Observation& observation) noexcept = 0;
   // Factors again for another nominal time step (a tracker that changed its rate). May allocate; keeps the state.
   virtual void set_time_step(double time_step) = 0;

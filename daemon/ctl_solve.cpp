@@ -9,12 +9,13 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <string>
 
-#include "core/static_solve.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/scene_loader.hpp"
+#include "daemon/static_answer.hpp"
 #include "daemon/text_table.hpp"
 #include "protocol/displacement_csv.hpp"
 #include "protocol/vtk_file.hpp"
@@ -31,7 +32,10 @@ struct SolveArguments {
   std::string mesh;
   std::string out;
   std::string curve;
-  core::StaticOptions options;
+  std::string element;
+  std::optional<double> tolerance;
+  core::StaticOptions admm;
+  FemRun fem;
   bool json = false;
 };
 
@@ -96,34 +100,21 @@ std::vector<core::PadInput> pad_inputs(const core::Scene& scene, std::map<std::s
   return inputs;
 }
 
-struct NodeColumns {
-  std::vector<std::array<double, 3>> rest, position, displacement;  // (n x 3) mm
-};
-
-NodeColumns node_columns(const core::Scene& scene, const core::StaticSolution& solution) {
-  NodeColumns columns;
-  for (int i = 0; i < scene.mesh.node_count(); ++i) {
-    const core::Vec3 rest = scene.mesh.node(i);
-    const core::Vec3 now = solution.positions.row(i).head<3>().transpose();
-    const core::Vec3 moved = now - rest;
-    columns.rest.push_back({rest.x(), rest.y(), rest.z()});
-    columns.position.push_back({now.x(), now.y(), now.z()});
-    columns.displacement.push_back({moved.x(), moved.y(), moved.z()});
-  }
-  return columns;
-}
-
-void write_solution(const std::filesystem::path& path, const core::Scene& scene, const core::StaticSolution& solution) {
-  const NodeColumns columns = node_columns(scene, solution);
+void write_answer(const std::filesystem::path& path, const core::Scene& scene, const StaticAnswer& answer) {
   if (path.extension() == ".csv") {
-    protocol::write_displacement_csv({columns.rest, columns.displacement}, path);
+    protocol::write_displacement_csv({answer.rest, answer.displacement}, path);
     return;
   }
+  // The corners of quadratic tetrahedra only: they are the mesh's own nodes.
+  const auto nodes = static_cast<std::size_t>(scene.mesh.node_count());
+  std::vector<std::array<double, 3>> positions(nodes);
+  for (std::size_t i = 0; i < nodes; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      positions[i][axis] = answer.rest[i][axis] + answer.displacement[i][axis];
   std::vector<std::array<std::int32_t, 4>> tets;
   for (const core::Tet& tet : scene.mesh.tets) tets.push_back({tet[0], tet[1], tet[2], tet[3]});
-  const protocol::PointField displacement{
-      "displacement", 3, {columns.displacement.front().data(), 3 * columns.displacement.size()}};
-  protocol::write_vtu(path, columns.position, tets, {&displacement, 1});
+  const protocol::PointField displacement{"displacement", 3, {answer.displacement.front().data(), 3 * nodes}};
+  protocol::write_vtu(path, positions, tets, {&displacement, 1});
 }
 
 void write_curve(const std::string& path, const std::vector<core::StaticIteration>& iterations) {
@@ -134,43 +125,29 @@ void write_curve(const std::string& path, const std::vector<core::StaticIteratio
   if (!file) throw std::runtime_error(path + ": cannot be written");
 }
 
-core::Vec3 displacement_of(const core::Scene& scene, const core::StaticSolution& solution, const core::Vec3& rest) {
-  const core::MaterialPoint point = core::locate_in_volume(scene.mesh, rest);
-  core::Vec3 moved = core::Vec3::Zero();
-  for (std::size_t a = 0; a < 4; ++a) {
-    const core::Vec3 now = solution.positions.row(point.nodes[a]).head<3>().transpose();
-    moved += point.weights[a] * (now - scene.mesh.node(point.nodes[a]));
-  }
-  return moved;
-}
-
 nlohmann::json vector_json(const core::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-nlohmann::json solution_json(const core::Scene& scene, const std::vector<core::PadInput>& inputs,
-                             const core::StaticSolution& solution) {
-  nlohmann::json pads = nlohmann::json::object();
+nlohmann::json answer_json(const core::Scene& scene, const std::vector<core::PadInput>& inputs,
+                           const StaticAnswer& answer) {
+  nlohmann::json pads = nlohmann::json::object(), displacement = nlohmann::json::object();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (inputs[i].kind == core::PadInput::Kind::absent) continue;
-    pads[scene.pads[i].name] = {{"force_N", vector_json(solution.pad_forces[i])}};
+    pads[scene.pads[i].name] = {{"force_N", vector_json(answer.pad_forces[i])}};
   }
-  nlohmann::json displacement = nlohmann::json::object();
-  for (const auto& m : scene.markers) displacement[m.name] = vector_json(displacement_of(scene, solution, m.rest));
-  for (const auto& t : scene.targets) displacement[t.name] = vector_json(displacement_of(scene, solution, t.rest));
-  return {{"converged", solution.converged},
-          {"trouble", solution.trouble},
-          {"iterations", solution.iterations},
-          {"residual_mm", solution.residual},
-          {"force_residual_N", solution.force_residual},
-          {"inverted", solution.inverted},
-          {"pads", pads},
-          {"displacement_mm", displacement}};
+  for (std::size_t i = 0; i < scene.markers.size(); ++i)
+    displacement[scene.markers[i].name] = vector_json(answer.markers[i]);
+  for (std::size_t i = 0; i < scene.targets.size(); ++i)
+    displacement[scene.targets[i].name] = vector_json(answer.targets[i]);
+  nlohmann::json all = answer.figures;
+  all.update({{"converged", answer.converged},
+              {"trouble", answer.trouble},
+              {"pads", pads},
+              {"displacement_mm", displacement}});
+  return all;
 }
 
-void print_solution(const core::Scene& scene, const std::vector<core::PadInput>& inputs,
-                    const core::StaticSolution& solution) {
-  std::printf("%s after %d iterations: residual %.2e mm, largest unbalanced force %.2e N\n",
-              solution.converged ? "converged" : "NOT CONVERGED", solution.iterations, solution.residual,
-              solution.force_residual);
+void print_answer(const core::Scene& scene, const std::vector<core::PadInput>& inputs, const StaticAnswer& answer) {
+  std::printf("%s after %s\n", answer.converged ? "converged" : "NOT CONVERGED", answer.summary.c_str());
   TextTable table;
   const auto add_row = [&table](const std::string& name, const core::Vec3& v) {
     table.add_row({name, fixed(v.x(), 4), fixed(v.y(), 4), fixed(v.z(), 4)});
@@ -178,12 +155,40 @@ void print_solution(const core::Scene& scene, const std::vector<core::PadInput>&
   table.add_row({"", "x", "y", "z"});
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const bool absent = inputs[i].kind == core::PadInput::Kind::absent;
-    if (!absent) add_row("force of " + scene.pads[i].name + ", N", solution.pad_forces[i]);
+    if (!absent) add_row("force of " + scene.pads[i].name + ", N", answer.pad_forces[i]);
   }
-  for (const core::Target& target : scene.targets) {
-    add_row("displacement of " + target.name + ", mm", displacement_of(scene, solution, target.rest));
-  }
+  for (std::size_t i = 0; i < scene.targets.size(); ++i)
+    add_row("displacement of " + scene.targets[i].name + ", mm", answer.targets[i]);
   std::fputs(table.text().c_str(), stdout);
+}
+
+bool is_fem(const SolveArguments& arguments) { return arguments.model == "fem"; }
+
+// Options that the chosen model does not have.
+void check_model(const SolveArguments& arguments) {
+  const std::string& element = arguments.element;
+  if (!element.empty() && element != "p1" && element != (is_fem(arguments) ? "p2" : "smoothed"))
+    throw UsageError("--element: " + arguments.model + " has no " + element);
+  if (is_fem(arguments) && !arguments.curve.empty()) throw UsageError("--curve: fem has none; its corrections are few");
+  if (!is_fem(arguments) && arguments.fem.duration > 0.0) throw UsageError("--dynamic: only fem has inertia here");
+}
+
+StaticAnswer solve(const SolveArguments& arguments, const core::Scene& scene,
+                   const std::vector<core::PadInput>& inputs) {
+  if (is_fem(arguments)) {
+    FemRun run = arguments.fem;
+    if (arguments.element == "p1") run.element = core::FemElement::p1;
+    if (arguments.tolerance) run.tolerance = *arguments.tolerance;
+    return answer_of_fem(scene, inputs, run);
+  }
+  core::StaticOptions options = arguments.admm;
+  if (arguments.element == "p1") options.element = core::Element::p1;
+  if (arguments.tolerance) options.tolerance = *arguments.tolerance;
+  std::vector<core::StaticIteration> iterations;
+  const auto watch = [&iterations](const core::StaticIteration& iteration) { iterations.push_back(iteration); };
+  const StaticAnswer answer = answer_of_admm(scene, inputs, options, watch);
+  if (!arguments.curve.empty()) write_curve(arguments.curve, iterations);
+  return answer;
 }
 
 int run_solve(const SolveArguments& arguments) {
@@ -191,25 +196,20 @@ int run_solve(const SolveArguments& arguments) {
   if (!arguments.out.empty() && extension != ".csv" && extension != ".vtu") {
     throw UsageError("--out: " + arguments.out + " ends neither in .csv nor in .vtu");
   }
+  check_model(arguments);
   const std::map<std::string, double> pushes = parse_pushes(arguments.pushes);
   const core::Scene scene = load_static_scene(arguments);
   const std::vector<core::PadInput> inputs = pad_inputs(scene, pushes);
-
-  std::vector<core::StaticIteration> iterations;
-  const auto watch = [&iterations](const core::StaticIteration& iteration) { iterations.push_back(iteration); };
-  const core::StaticSolution solution = core::solve_static(scene, inputs, arguments.options, watch);
-
-  if (!arguments.out.empty()) write_solution(arguments.out, scene, solution);
-  if (!arguments.curve.empty()) write_curve(arguments.curve, iterations);
+  const StaticAnswer answer = solve(arguments, scene, inputs);
+  if (!arguments.out.empty()) write_answer(arguments.out, scene, answer);
   if (arguments.json) {
-    std::puts(solution_json(scene, inputs, solution).dump(1).c_str());
+    std::puts(answer_json(scene, inputs, answer).dump(1).c_str());
   } else {
-    print_solution(scene, inputs, solution);
+    print_answer(scene, inputs, answer);
   }
-  if (solution.converged) return kSuccess;
-  std::fprintf(stderr, "tissuectl: not converged to %g mm%s%s; what was reached is %s\n", arguments.options.tolerance,
-               solution.trouble.empty() ? "" : ": ", solution.trouble.c_str(),
-               arguments.out.empty() ? "printed" : ("in " + arguments.out).c_str());
+  if (answer.converged) return kSuccess;
+  std::fprintf(stderr, "tissuectl: not converged%s%s; what was reached is %s\n", answer.trouble.empty() ? "" : ": ",
+               answer.trouble.c_str(), arguments.out.empty() ? "printed" : ("in " + arguments.out).c_str());
   return kFailure;
 }
 
@@ -224,9 +224,21 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       "1.\n"
       "Example: tissuectl solve recordings/paper/table1 --push A1=10,A3=15 --out pushed.vtu");
   solve->add_option("BUNDLE", a.bundle, "Folder with bundle.json")->type_name("")->required();
-  solve->add_option("--model", a.model, "Simulator: admm")
+  solve->add_option("--model", a.model, "Simulator: admm or fem")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"admm"}).description(""))
+      ->check(CLI::IsMember({"admm", "fem"}).description(""))
+      ->capture_default_str();
+  solve->add_option("--element", a.element, "Of admm: smoothed (default) or p1; of fem: p2 (default) or p1")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"smoothed", "p1", "p2"}).description(""));
+  solve
+      ->add_option("--dynamic", a.fem.duration,
+                   "With inertia (fem): the pads travel evenly for so many seconds; the answer is the end of it")
+      ->type_name("S")
+      ->check(in_range(1e-6, 1e4));
+  solve->add_option("--time-step", a.fem.time_step, "Of --dynamic, s")
+      ->type_name("S")
+      ->check(in_range(1e-6, 10.0))
       ->capture_default_str();
   solve
       ->add_option("--push", a.pushes,
@@ -242,25 +254,28 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   solve->add_option("--mesh", a.mesh, "Another mesh than the bundle's, with the same surface groups")
       ->type_name("FILE");
-  solve->add_option("--tolerance", a.options.tolerance, "Residual at which it has converged, mm")
+  solve
+      ->add_option("--tolerance", a.tolerance,
+                   "Residual at which it has converged, mm; 1e-6 for admm, 1e-8 for fem unless given")
       ->type_name("MM")
-      ->check(in_range(1e-14, 10.0))
-      ->capture_default_str();
-  solve->add_option("--max-iterations", a.options.max_iterations, "Give up after as many ADMM iterations")
+      ->check(in_range(1e-14, 10.0));
+  solve->add_option("--max-iterations", a.admm.max_iterations, "Give up after as many ADMM iterations")
       ->type_name("N")
       ->check(in_range(1, 1e7))
       ->capture_default_str();
   solve
-      ->add_option("--anderson", a.options.anderson_depth,
-                   "Iterations that the acceleration looks back; 0 for plain ADMM")
+      ->add_option("--anderson", a.admm.anderson_depth, "Iterations that the acceleration looks back; 0 for plain ADMM")
       ->type_name("N")
       ->check(in_range(0, 50))
       ->capture_default_str();
-  solve->add_option("--load-step", a.options.load_step, "Pads move by at most this much at a time, mm")
+  solve->add_option("--load-step", a.admm.load_step, "Pads move by at most this much at a time, mm")
       ->type_name("MM")
       ->check(in_range(1e-3, 1e6))
       ->capture_default_str();
-  solve->add_option("--out", a.out, "Nodes: x,y,z,ux,uy,uz as .csv, or the deformed mesh as .vtu")->type_name("FILE");
+  solve
+      ->add_option("--out", a.out,
+                   "Nodes: x,y,z,ux,uy,uz as .csv (of p2 with the middles of edges), or the deformed mesh as .vtu")
+      ->type_name("FILE");
   solve->add_option("--curve", a.curve, "Convergence as .csv: iteration, load, residual")->type_name("FILE");
   solve->add_flag("--json", a.json, "Print JSON, with the displacement of every marker and target");
   solve->callback([arguments, &exit_code] { exit_code = run_solve(*arguments); });

@@ -7,8 +7,10 @@
 
 using namespace tissued::config;
 using namespace std::chrono_literals;
+using tissued::core::FemElement;
 using tissued::core::NoisePreset;
 using tissued::core::Scheme;
+using tissued::core::TimeScheme;
 using tissued::core::Vec3;
 
 namespace {
@@ -21,6 +23,7 @@ const char* const kFullConfig = R"({
                 "threads": 2, "time_step": 0.005},
   "material": {"youngs_modulus": 7, "poissons_ratio": 0.4, "density": 1.1}, "gravity": [1, 0, 0],
   "filter": {"preset": "paper", "process_noise": 4, "measurement_noise": 0.2, "modes": 100},
+  "fem": {"element": "p1", "dynamics": "generalized-alpha", "spectral_radius": 0.5, "mass_damping": 2, "stiffness_damping": 0.1},
   "markers": ["M1", "M2"],
   "registration": {"fit": false, "rest_frames": 10, "placement_sd": 1, "rest_tolerance": 0.3},
   "staleness": {"stale_after_ms": 50, "lost_after_ms": 500},
@@ -64,6 +67,12 @@ TEST_CASE("Every key of a configuration arrives in its struct") {
   CHECK(config.simulator.filter.process_noise == 4.0);
   CHECK(config.simulator.filter.measurement_noise == 0.2);
   CHECK(config.simulator.filter.modes == 100);
+  CHECK(config.simulator.fem.element == FemElement::p1);
+  REQUIRE(config.simulator.fem.dynamics);
+  CHECK(config.simulator.fem.dynamics->kind == TimeScheme::Kind::generalized_alpha);
+  CHECK(config.simulator.fem.dynamics->spectral_radius == 0.5);
+  CHECK(config.simulator.fem.damping.mass == 2.0);
+  CHECK(config.simulator.fem.damping.stiffness == 0.1);
   CHECK_FALSE(config.registration.fit);
   CHECK(config.registration.rest_frames == 10);
   CHECK(config.registration.placement_sd == 1.0);
@@ -84,6 +93,8 @@ TEST_CASE("A bundle alone is enough to start from") {
   CHECK(config.clients.port == 51010);
   CHECK(config.simulator.kind == "kf-admm");
   CHECK(config.simulator.solver.time_step == 0.02);
+  CHECK(config.simulator.fem.element == FemElement::p2);
+  CHECK_FALSE(config.simulator.fem.dynamics);
   CHECK(config.bundle.scene.material.youngs_modulus == 6.5);
   CHECK(config.bundle.scene.gravity == Vec3(0, 0, -1));
   CHECK(config.registration.fit);
@@ -134,6 +145,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/bundle", "7", "/bundle: 7 is not a string"},
       {"/simulators", "{}",
        "/simulators: unknown key; known are format, bundle, tracker, clients, simulator, material, gravity, filter, "
+       "fem, "
        "markers, registration, staleness and log"},
       {"/tracker", "51001", "/tracker: 51001 is not an object"},
       {"/tracker/address", R"("localhost")", R"(/tracker/address: "localhost" is not an IPv4 or IPv6 address)"},
@@ -151,7 +163,10 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/clients/max_subscribers", "0", "/clients/max_subscribers: 0 is below the minimum 1"},
       {"/clients/max_subscribers", "257", "/clients/max_subscribers: 257 is above the maximum 256"},
       {"/clients/lease_s", "0", "/clients/lease_s: 0 is below the minimum 1"},
-      {"/simulator/kind", R"("fem")", R"(/simulator/kind: "fem" is not one of "kf-admm" or "admm")"},
+      {"/simulator/kind", R"("pbd")", R"(/simulator/kind: "pbd" is not one of "kf-admm", "admm" or "fem")"},
+      {"/fem/dynamics", R"("explicit")",
+       R"(/fem/dynamics: "explicit" is not one of "quasi-static", "implicit-euler" or "generalized-alpha")"},
+      {"/fem/spectral_radius", "1.5", "/fem/spectral_radius: 1.5 is above the maximum 1"},
       {"/simulator/scheme", R"("perframe")",
        R"(/simulator/scheme: "perframe" is not one of "per-frame" or "algorithm-1")"},
       {"/simulator/iterations", "0", "/simulator/iterations: 0 is below the minimum 1"},
@@ -162,8 +177,8 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/simulator/time_step", "0", "/simulator/time_step: 0 is below the minimum 0.0001"},
       {"/simulator/time_step", "\"auto\"", "/simulator/time_step: \"auto\" is not a number or null"},
       {"/simulator/iteration", "3",
-       "/simulator/iteration: unknown key; known are kind, element, scheme, iterations, tolerance, weight_scale, threads and "
-       "time_step"},
+       "/simulator/iteration: unknown key; known are kind, element, scheme, iterations, tolerance, weight_scale, "
+       "threads and time_step"},
       {"/material/youngs_modulus", "-6", "/material/youngs_modulus: -6 is not above 0"},
       {"/material/poissons_ratio", "0.5", "/material/poissons_ratio: 0.5 is not below 0.5"},
       {"/material/density", "101", "/material/density: 101 is above the maximum 100"},

@@ -134,6 +134,10 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
                       s.filter.process_noise,
                       s.filter.measurement_noise,
                       s.filter.modes,
+                      static_cast<int>(s.fem.element),
+                      s.fem.dynamics.has_value(),
+                      s.fem.damping.mass,
+                      s.fem.damping.stiffness,
                       config.registration.fit,
                       config.registration.rest_frames,
                       config.registration.placement_sd,
@@ -157,7 +161,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
     const std::string key = std::regex_replace(place, std::regex("/properties"), "");
     CHECK(described(with(kConfig, key, node["default"].dump())) == left_out);
   });
-  CHECK(defaults == 32);
+  CHECK(defaults == 37);
 }
 
 TEST_CASE("The simulators that the schema offers are those that core makes") {

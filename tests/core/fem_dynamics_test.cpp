@@ -48,7 +48,8 @@ Mode mode_of(FemEquilibrium& equilibrium, int index) {
   const Eigen::MatrixXd m = dense(model.pattern(), mass)(free, free);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(k, m);
   Mode mode{Eigen::VectorXd::Zero(rest.x.size()), std::sqrt(eigen.eigenvalues()[index])};
-  mode.shape(free) = eigen.eigenvectors().col(index);
+  for (std::size_t i = 0; i < free.size(); ++i)
+    mode.shape[free[i]] = eigen.eigenvectors()(static_cast<Eigen::Index>(i), index);
   mode.shape /= mode.shape.cwiseAbs().maxCoeff();
   return mode;
 }

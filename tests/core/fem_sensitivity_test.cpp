@@ -99,7 +99,8 @@ TEST_CASE("sensitivities by material and gravity are those of differences", "[fe
     for (const auto& term : body.model_.terms())
       for (std::size_t k = 0; k < term->parameters().size(); ++k)
         if (term->parameters()[k].name == name) value = term->parameter(static_cast<int>(k));
-    body.check(name, perturbation, step, [&](double h) { body.model_.set_parameter(name, value + h); });
+    const auto set = [&, key = name](double h) { body.model_.set_parameter(key, value + h); };
+    body.check(name, perturbation, step, set);
   }
 }
 

@@ -281,7 +281,7 @@ TEST_CASE("a scene without markers, pads and targets is simulated, too", "[simul
 }
 
 TEST_CASE("simulators are made by name, and bad scenes are refused in words", "[simulator]") {
-  CHECK(simulator_names().size() == 2);
+  CHECK(simulator_names().size() == 3);
   for (const std::string_view name : simulator_names())
     CHECK_NOTHROW(make_simulator(box_scene({2, 2, 1, 10.0}), options_of(std::string(name))));
   const auto refusal = [](const Scene& scene, const std::string& kind) -> std::string {

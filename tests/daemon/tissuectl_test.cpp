@@ -184,6 +184,38 @@ TEST_CASE("solve writes what it found, also when it has not converged") {
   CHECK(std::count(iterations.begin(), iterations.end(), '\n') == json["iterations"].get<int>() + 1);
 }
 
+TEST_CASE("solve answers by finite elements, too, still or with inertia") {
+  const TemporaryFolder folder;
+  const std::string csv = folder.path() / "nodes.csv", vtu = folder.path() / "pushed.vtu";
+  const auto solved = [&](const std::string& options) {
+    const Outcome outcome = run("solve " + kDemo + " --push A1=5 --model fem --json " + options);
+    REQUIRE(outcome.code == 0);
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto lines = [&] {
+    const std::string text = content(csv);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  const auto force = [](const nlohmann::json& json) { return json["pads"]["A1"]["force_N"][0].get<double>(); };
+  const nlohmann::json linear = solved("--element p1 --out " + csv);
+  const auto corners = lines();
+  const nlohmann::json quadratic = solved("--out " + csv);
+  CHECK(lines() > 5 * corners);                   // with the middles of edges
+  CHECK(force(linear) < 1.1 * force(quadratic));  // linear tetrahedra lock
+  CHECK(force(quadratic) < -0.2);
+  const nlohmann::json moving = solved("--element p1 --dynamic 0.1 --out " + vtu);
+  CHECK(moving["load_steps"] == 10);
+  CHECK(std::abs(force(moving) - force(linear)) > 1e-3);  // the body has not come to rest
+  CHECK_THAT(content(vtu), Catch::Contains("displacement"));
+
+  const Outcome absurd = run("solve " + kDemo + " --push A1=150,A3=150 --model fem --element p1");
+  CHECK(absurd.code == 1);
+  CHECK_THAT(absurd.err, Catch::Contains("% of the load"));
+  for (const char* wrong :
+       {" --element p2", " --model fem --element smoothed", " --dynamic 1", " --model fem --curve x"})
+    CHECK(run("solve " + kDemo + wrong).code == 2);
+}
+
 TEST_CASE("evaluate writes scores and a page, and sums them up") {
   const TemporaryFolder folder;
   const std::string bundle = write_evaluation_bundle(folder), out = folder.path() / "result";

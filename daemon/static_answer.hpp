@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/fem_solver.hpp"
+#include "core/static_solve.hpp"
+
+namespace tissued::daemon {
+
+/// Where loads bring a body, whoever solved for it.
+struct StaticAnswer {
+  std::vector<std::array<double, 3>> rest;          ///< (n x 3) mm; the mesh's nodes, then those of quadratic edges
+  std::vector<std::array<double, 3>> displacement;  ///< (n x 3) mm
+  std::vector<core::Vec3> pad_forces;               ///< (pads) N, of the pad on the tissue
+  std::vector<core::Vec3> markers, targets;         ///< mm, displacement
+  bool converged = false;
+  std::string summary;     ///< what it took, in words
+  std::string trouble;     ///< empty, or why and where it stopped
+  nlohmann::json figures;  ///< the same as numbers
+};
+
+StaticAnswer answer_of_admm(const core::Scene& scene, std::span<const core::PadInput> pads,
+                            const core::StaticOptions& options,
+                            const std::function<void(const core::StaticIteration&)>& watch);
+
+struct FemRun {
+  core::FemElement element = core::FemElement::p2;
+  double tolerance = 1e-8;  ///< mm, of Newton's last correction
+  double duration = 0.0;    ///< s that the pads travel, with inertia; 0: quasi-static
+  double time_step = 0.01;  ///< s, of generalized-alpha
+  int threads = 2;
+};
+
+/// With a duration: where the body is at its end, pads having travelled evenly. Displacements of markers and targets
+/// are those of the element's own shape functions.
+StaticAnswer answer_of_fem(const core::Scene& scene, std::span<const core::PadInput> pads, const FemRun& run);
+
+}  // namespace tissued::daemon
