@@ -87,11 +87,16 @@ core::SimulatorOptions read_simulator(const Document& document, const Bundle& bu
   options.solver.weight_scale = document.value("/simulator/weight_scale", options.solver.weight_scale);
   options.solver.threads = document.value("/simulator/threads", options.solver.threads);
   options.solver.time_step = document.value("/simulator/time_step", 1.0 / bundle.scene.rate);
-  const bool paper = document.value<std::string>("/filter/preset", "standard") == "paper";
-  options.filter.preset = paper ? core::NoisePreset::paper : core::NoisePreset::standard;
+  const auto preset = document.value<std::string>("/filter/preset", "standard");
+  options.filter.preset = preset == "paper"   ? core::NoisePreset::paper
+                          : preset == "force" ? core::NoisePreset::force
+                                              : core::NoisePreset::standard;
   options.filter.process_noise = document.value("/filter/process_noise", options.filter.process_noise);
   options.filter.measurement_noise = document.value("/filter/measurement_noise", options.filter.measurement_noise);
   options.filter.modes = document.value("/filter/modes", options.filter.modes);
+  options.filter.stiffness_sd = document.value("/filter/stiffness_sd", options.filter.stiffness_sd);
+  options.filter.stiffness_length = document.value("/filter/stiffness_length", options.filter.stiffness_length);
+  options.filter.discrepancy = document.value("/filter/discrepancy", options.filter.discrepancy);
   options.fem = read_fem(document);
   return options;
 }

@@ -9,9 +9,9 @@ namespace tissued::core {
 
 namespace {
 
-constexpr double kPadLimit = 3.0;      // mm a held node may move in one step; a larger jump of a pad is ramped
+constexpr double kPadLimit = 3.0;     // mm a held node may move in one step; a larger jump of a pad is ramped
 constexpr double kSettledMove = 0.1;  // mm; what `converged` means where no tolerance was asked for
-constexpr int kAllModesUpTo = 1200;    // free nodes; beyond, the dense eigenproblem takes minutes
+constexpr int kAllModesUpTo = 1200;   // free nodes; beyond, the dense eigenproblem takes minutes
 constexpr int kModesOfLargeMesh = 300;
 
 int modes_for(const Model& model, int requested) {
@@ -28,13 +28,20 @@ AdmmSimulator::AdmmSimulator(const Scene& scene, const SimulatorOptions& options
 
 void AdmmSimulator::build(const Scene& scene, double time_step) {
   time_step_ = time_step;
-  auto model = std::make_unique<Model>(scene, options_.solver.element, options_.solver.weight_scale, time_step / steps_per_frame());
+  auto model = std::make_unique<Model>(scene, options_.solver.element, options_.solver.weight_scale,
+                                       time_step / steps_per_frame());
   filter_.reset();
   workspace_.reset();
   model_ = std::move(model);
   workspace_.emplace(*model_, resolve_threads(options_.solver.threads, scene.mesh.tet_count()));
   if (!state_) state_.emplace(*model_);
-  if (closed_loop_) {
+  if (closed_loop_ && options_.filter.preset == NoisePreset::standard) {
+    if (stiffness_filter_) {
+      stiffness_filter_->use(*model_);
+    } else {
+      stiffness_filter_.emplace(*model_, options_.filter);
+    }
+  } else if (closed_loop_) {
     if (!basis_)
       basis_ = modal_basis(model_->laplacian(), model_->masses(), model_->system().free_nodes(),
                            modes_for(*model_, options_.filter.modes));
@@ -60,6 +67,7 @@ void AdmmSimulator::reset() {
   workspace_->held.hold(workspace_->held_pads);
   for (Vec3& force : pad_forces_) force.setZero();
   if (filter_) filter_->reset();
+  if (stiffness_filter_) stiffness_filter_->reset();
 }
 
 StepReport AdmmSimulator::step(const Observation& observation) noexcept {
@@ -67,14 +75,14 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
   const int frames = std::clamp(static_cast<int>(std::lround(observation.dt / time_step_)), 1, 20);
   if (options_.solver.scheme == Scheme::per_frame) {
     iterate(observation, observation.dt, options_.solver.iterations, report);
-    correct(observation, frames, report);
+    correct(observation, observation.dt, frames, report);
   } else {
     // Algorithm 1 as printed: n counts iterations and time steps at once. The frame's time is shared out over its n, so
     // that simulated and measured time agree; its markers and pads stay. It knows no gaps: every n is one step of the
     // covariance, or a lost frame would unsettle a gain that needs hundreds of these short steps to settle again.
     for (int n = 0; n < steps_per_frame(); ++n) {
       iterate(observation, observation.dt / steps_per_frame(), 1, report);
-      correct(observation, 1, report);
+      correct(observation, observation.dt / steps_per_frame(), 1, report);
     }
   }
   report.converged = std::max(report.primal_residual, report.dual_residual) <=
@@ -100,8 +108,12 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   constexpr double kShortest = 0.75;
   dt = std::max(dt, kShortest * model_->time_step());
   report.pad_ramp = begin_step(*model_, state, *workspace_, observation.pads, dt, kPadLimit);
+  // First guess of x_{n+1}: most of the motion goes on. A few iterations from x_n leave the smooth, slow part of the
+  // answer behind the pads.
+  constexpr double kGoesOn = 0.85;
+  const double extrapolate = options_.solver.scheme == Scheme::per_frame ? kGoesOn * dt / state.dt : 0.0;
   state.x_previous.swap(state.x);  // x_{n-1} <- x_n
-  state.x = state.x_previous;      // first guess of x_{n+1}
+  state.x = state.x_previous + extrapolate * (state.x_previous - state.x);
   for (int k = 0; k < iterations; ++k) {
     const LocalStepResult local = local_stage(*model_, state, *workspace_);
     report.dual_residual = global_stage(*model_, state, *workspace_, dt);
@@ -113,11 +125,16 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   state.dt = dt;
 }
 
-void AdmmSimulator::correct(const Observation& observation, int frames, StepReport& report) {
-  if (!filter_) return;
-  const Innovation innovation = filter_->correct(observation.markers, observation.marker_seen, workspace_->held_pads,
-                                                 frames, state_->x, state_->x_previous);
+void AdmmSimulator::correct(const Observation& observation, double dt, int frames, StepReport& report) {
+  Innovation innovation;
+  if (filter_)
+    innovation = filter_->correct(observation.markers, observation.marker_seen, workspace_->held_pads, frames,
+                                  state_->x, state_->x_previous);
+  if (stiffness_filter_)
+    innovation =
+        stiffness_filter_->correct(observation.markers, observation.marker_seen, workspace_->held_pads, dt, *state_);
   report.markers_used = innovation.markers_used;
+  report.markers_swapped = innovation.markers_swapped;
   report.innovation_rms = innovation.rms;
 }
 
@@ -129,6 +146,10 @@ TargetEstimate AdmmSimulator::target(int index) const noexcept {
   estimate.position = position_of(point, state_->x) - rest_position(model_->scene().mesh, point) +
                       model_->scene().targets[static_cast<std::size_t>(index)].rest;
   if (filter_) estimate.covariance = filter_->target_variance(index) * Mat3::Identity();
+  if (stiffness_filter_) {
+    estimate.position += stiffness_filter_->target_shift(index);
+    estimate.covariance = stiffness_filter_->target_covariance(index);
+  }
   return estimate;
 }
 

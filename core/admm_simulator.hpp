@@ -7,6 +7,7 @@
 #include "core/admm.hpp"
 #include "core/marker_filter.hpp"
 #include "core/simulator.hpp"
+#include "core/stiffness_filter.hpp"
 
 namespace tissued::core {
 
@@ -28,12 +29,13 @@ class AdmmSimulator final : public Simulator {
 
   const Model& model() const { return *model_; }
   const MarkerFilter* filter() const { return filter_ ? &*filter_ : nullptr; }
+  const StiffnessFilter* stiffness_filter() const { return stiffness_filter_ ? &*stiffness_filter_ : nullptr; }
 
  private:
   void build(const Scene& scene, double time_step);
   int steps_per_frame() const;
   void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
-  void correct(const Observation& observation, int frames, StepReport& report);
+  void correct(const Observation& observation, double dt, int frames, StepReport& report);
   bool state_is_finite() const;
 
   SimulatorOptions options_;
@@ -42,8 +44,9 @@ class AdmmSimulator final : public Simulator {
   std::unique_ptr<Model> model_;
   std::optional<AdmmState> state_;
   std::optional<AdmmWorkspace> workspace_;
-  std::optional<ModalBasis> basis_;  // does not depend on the time step
-  std::optional<MarkerFilter> filter_;
+  std::optional<ModalBasis> basis_;                  // does not depend on the time step
+  std::optional<MarkerFilter> filter_;               // presets paper and force
+  std::optional<StiffnessFilter> stiffness_filter_;  // preset standard
   NodeField last_finite_;
   std::vector<Vec3> pad_forces_;
 };

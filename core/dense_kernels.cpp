@@ -99,8 +99,17 @@ void Multiply(int m, int k, int r, const double* a, const double* b, double* c) 
   product(m, k, r, a, k, 1, b, c, 1.0);
 }
 
-void SubtractTransposedProduct(int m, int r, const double* a, const double* b, double* c) {
-  product(r, m, r, a, 1, r, b, c, -1.0);
+void AddProduct(int m, int k, int r, const double* a, const double* b, double* c) {
+  product(m, k, r, a, k, 1, b, c, 1.0);
+}
+
+void AddRows(int count, int terms, const int* rows, const double* factors, const double* matrix, double* y) {
+  for (int t = 0; t < terms; ++t)
+    add_scaled(count, factors[t], matrix + static_cast<std::ptrdiff_t>(rows[t]) * count, y);
+}
+
+void SubtractTransposedProduct(int m, int p, int r, const double* a, const double* b, double* c) {
+  product(p, m, r, a, 1, p, b, c, -1.0);
 }
 
 void ForwardSubstitute(int m, int r, const double* l, std::ptrdiff_t stride, double* y) {
@@ -170,6 +179,8 @@ namespace tissued::core {
 
 HWY_EXPORT(Dot);
 HWY_EXPORT(Multiply);
+HWY_EXPORT(AddProduct);
+HWY_EXPORT(AddRows);
 HWY_EXPORT(SubtractTransposedProduct);
 HWY_EXPORT(ForwardSubstitute);
 HWY_EXPORT(BackwardSubstitute);
@@ -181,8 +192,16 @@ void multiply(int m, int k, int r, const double* a, const double* b, double* c) 
   HWY_DYNAMIC_DISPATCH(Multiply)(m, k, r, a, b, c);
 }
 
-void subtract_transposed_product(int m, int r, const double* a, const double* b, double* c) {
-  HWY_DYNAMIC_DISPATCH(SubtractTransposedProduct)(m, r, a, b, c);
+void add_product(int m, int k, int r, const double* a, const double* b, double* c) {
+  HWY_DYNAMIC_DISPATCH(AddProduct)(m, k, r, a, b, c);
+}
+
+void add_rows(int count, int terms, const int* rows, const double* factors, const double* matrix, double* y) {
+  HWY_DYNAMIC_DISPATCH(AddRows)(count, terms, rows, factors, matrix, y);
+}
+
+void subtract_transposed_product(int m, int p, int r, const double* a, const double* b, double* c) {
+  HWY_DYNAMIC_DISPATCH(SubtractTransposedProduct)(m, p, r, a, b, c);
 }
 
 void forward_substitute(int m, int r, const double* l, std::ptrdiff_t stride, double* y) {

@@ -53,6 +53,7 @@ void reset_domain_states(std::vector<DomainState>& states) {
   for (DomainState& state : states) {
     state = DomainState{};
     for (int lane = 0; lane < kLanes; ++lane) {
+      state.factor[lane] = 1.0;
       for (int i = 0; i < 3; ++i) {
         state.v[4 * i][lane] = 1.0;
         state.stretch[i][lane] = 1.0;

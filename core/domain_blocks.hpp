@@ -44,6 +44,7 @@ struct alignas(64) DomainState {
   double u[9][kLanes];        // scaled dual, row-major 3 x 3
   double v[9][kLanes];        // right singular vectors of Dx + u, row-major, det = 1; warm start
   double stretch[3][kLanes];  // singular values of z; warm start
+  double factor[kLanes];      // on the domain's moduli, 1 unless something was learnt about them
 };
 
 // Written by the local step, read by the assembly of the global step; one per corner.

@@ -192,7 +192,9 @@ LocalStepResult LocalStep(const DomainBlocks& blocks, int first, int last, const
       for (int i = 0; i < 3; ++i) stretch[i] = hn::Load(d, &state.stretch[i][lane]);
       rotation_svd(d, p, u, sigma, v, stretch);
       orthonormalise(d, v);
-      const NeoHookeanStretch energy{hn::Load(d, &block.shear_modulus[lane]), hn::Load(d, &block.bulk_modulus[lane])};
+      const V factor = hn::Load(d, &state.factor[lane]);
+      const NeoHookeanStretch energy{factor * hn::Load(d, &block.shear_modulus[lane]),
+                                     factor * hn::Load(d, &block.bulk_modulus[lane])};
       result.unconverged += minimise_stretches(d, energy, hn::Load(d, &block.stiffness[lane]), sigma, stretch);
 
       Matrix z, dual;

@@ -12,7 +12,7 @@ namespace {
 // mm^2 per axis: the paper's Q = 3I and R = 0.01 I.
 constexpr double kPaperProcess = 3.0, kPaperMeasurement = 0.01;
 // mm^2: the open-loop error of linear tetrahedra at the markers (shared reference: 0.7 to 1.5 mm).
-constexpr double kStandardProcess = 1.0;
+constexpr double kForceProcess = 1.0;
 
 RowMatrix rows_of(const std::vector<MaterialPoint>& points, const ModalBasis& basis,
                   const std::vector<int>& free_index) {
@@ -39,7 +39,7 @@ Eigen::VectorXd transition(const ModalBasis& basis, const Model& model) {
 
 // White body forces (force noise with covariance M) through the compliance of one step: Q_j = (dt^2 a_j)^2, smooth in
 // space because stiff modes answer little.
-Eigen::VectorXd standard_shape(const Eigen::VectorXd& a, double dt) { return (dt * dt * a.array()).square(); }
+Eigen::VectorXd force_shape(const Eigen::VectorXd& a, double dt) { return (dt * dt * a.array()).square(); }
 
 // Stationary variance of q' = 2 a q - a q_before + w, var w = 1 (the AR(2) formula).
 Eigen::ArrayXd stationary_gain(const Eigen::VectorXd& a) {
@@ -62,8 +62,8 @@ RowMatrix process_of(const Model& model, const ModalBasis& basis, const Eigen::V
       weighted.row(i) *= model.masses()[model.system().free_nodes()[static_cast<std::size_t>(i)]];
     return size * (weighted.transpose() * weighted);
   }
-  const double size = options.process_noise > 0 ? options.process_noise : kStandardProcess;
-  const Eigen::VectorXd shape = standard_shape(a, model.time_step());
+  const double size = options.process_noise > 0 ? options.process_noise : kForceProcess;
+  const Eigen::VectorXd shape = force_shape(a, model.time_step());
   return RowMatrix((size / marker_prior(marker_rows, a, shape) * shape).asDiagonal());
 }
 

@@ -12,7 +12,8 @@ namespace tissued::core {
 
 struct Innovation {
   int markers_used = 0;
-  double rms = 0.0;  // mm per axis, before the correction
+  int markers_swapped = 0;  // of them: labels that were taken for each other
+  double rms = 0.0;         // mm per axis, before the correction
 };
 
 // The covariance depends on which markers are seen and which pads hold, never on the data: when the gain has settled

@@ -43,9 +43,9 @@ void ModalCovariance::update(const RowMatrix& h, const Eigen::VectorXd& variance
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(in_place);
   forward_substitute(m, r, innovation_.data(), innovation_.outerStride(), y_now_.data());
   forward_substitute(m, r, innovation_.data(), innovation_.outerStride(), y_before_.data());
-  subtract_transposed_product(m, r, y_now_.data(), y_now_.data(), now_.data());
-  subtract_transposed_product(m, r, y_now_.data(), y_before_.data(), cross_.data());
-  subtract_transposed_product(m, r, y_before_.data(), y_before_.data(), before_.data());
+  subtract_transposed_product(m, r, r, y_now_.data(), y_now_.data(), now_.data());
+  subtract_transposed_product(m, r, r, y_now_.data(), y_before_.data(), cross_.data());
+  subtract_transposed_product(m, r, r, y_before_.data(), y_before_.data(), before_.data());
   gain_now_.topRows(m) = y_now_.topRows(m);
   gain_before_.topRows(m) = y_before_.topRows(m);
   backward_substitute(m, r, innovation_.data(), innovation_.outerStride(), gain_now_.data());

@@ -21,23 +21,28 @@ namespace tissued::core {
 // x-tilde, one filter update per tracker frame).
 enum class Scheme { per_frame, algorithm_1 };
 
-enum class NoisePreset { paper, standard };
+// What the filter takes the model's error for. `paper`: white noise on every node, Q = 3I, R = 0.01 I. `force`: white
+// body forces. `standard`: the tissue's stiffness, a smooth field that is learnt, and a smooth remainder.
+enum class NoisePreset { paper, force, standard };
 
 struct SolverOptions {
   Element element = Element::smoothed;
   Scheme scheme = Scheme::per_frame;
-  int iterations = 10;        // ADMM iterations a step at most (of algorithm-1: iterations a frame)
-  double tolerance = 0.0;     // mm; stop earlier when the residuals fall below it; 0: always all iterations
-  double time_step = 0.01;    // s, nominal: what the global step is factored for
-  double weight_scale = 4.0;  // ADMM weights w_i^2 = weight_scale stiffness_i V_i; 1 cycles on large pushes
-  int threads = 0;            // of the parallel loops; 0: chosen by the size of the mesh
+  int iterations = 10;         // ADMM iterations a step at most (of algorithm-1: iterations a frame)
+  double tolerance = 0.0;      // mm; stop earlier when the residuals fall below it; 0: always all iterations
+  double time_step = 0.01;     // s, nominal: what the global step is factored for
+  double weight_scale = 16.0;  // ADMM weights w_i^2 = weight_scale stiffness_i V_i; 1 cycles on large pushes
+  int threads = 0;             // of the parallel loops; 0: chosen by the size of the mesh
 };
 
 struct FilterOptions {
   NoisePreset preset = NoisePreset::standard;
-  double process_noise = 0.0;      // of the preset's shape, mm^2; 0: the preset's own size
+  double process_noise = 0.0;      // of the presets paper and force, mm^2; 0: the preset's own size
   double measurement_noise = 0.0;  // mm, standard deviation per axis; 0: the preset's own (paper: 0.1)
-  int modes = 0;                   // lowest modes kept; 0: all up to 1200 free nodes, else 300
+  int modes = 0;              // of the presets paper and force: lowest kept; 0: all up to 1200 free nodes, else 300
+  double stiffness_sd = 0.4;  // of the natural logarithm of the stiffness, before anything is learnt
+  double stiffness_length = 15.0;  // mm, over which stiffness varies
+  double discrepancy = 0.05;       // of the load: standard deviation of what stiffness does not explain
 };
 
 struct FemSimulatorOptions {
@@ -84,6 +89,7 @@ struct StepReport {
   bool finite = true;            // false: the state was not finite; it holds the last finite one
   int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began
   int markers_used = 0;          // 0 in open loop
+  int markers_swapped = 0;       // of them: labels recognised as taken for each other
   double innovation_rms = 0.0;   // mm per axis, of the markers used, before the correction
   double pad_ramp = 0.0;         // mm by which a pad is ahead of the simulated one because its jump is ramped
 };

@@ -56,15 +56,14 @@ StrainDomain average(const TetMesh& mesh, const std::vector<LinearElement>& elem
   return domain;
 }
 
-std::vector<std::vector<int>> elements_of_edges(const TetMesh& mesh) {
-  std::map<std::pair<int, int>, std::vector<int>> edges;
+using EdgeMembers = std::map<std::pair<int, int>, std::vector<int>>;
+
+EdgeMembers elements_of_edges(const TetMesh& mesh) {
+  EdgeMembers edges;
   for (int e = 0; e < mesh.tet_count(); ++e)
     for (int a = 1; a < 4; ++a)
       for (int b = 0; b < a; ++b) edges[std::minmax(mesh.tets[e][a], mesh.tets[e][b])].push_back(e);
-  std::vector<std::vector<int>> members;
-  members.reserve(edges.size());
-  for (auto& [edge, elements] : edges) members.push_back(std::move(elements));
-  return members;
+  return edges;
 }
 
 std::vector<std::vector<int>> elements_of_nodes(const TetMesh& mesh) {
@@ -83,7 +82,9 @@ std::vector<StrainDomain> strain_domains(const TetMesh& mesh, const Material& ma
   const std::vector<LinearElement> elements = linear_elements(mesh);
   const double mu = material.shear_modulus(), kappa = material.bulk_modulus();
   std::vector<StrainDomain> domains;
-  const auto add = [&](StrainDomain domain, double shear_modulus, double bulk_modulus, double stiffness) {
+  const auto add = [&](StrainDomain domain, std::vector<int> anchors, double shear_modulus, double bulk_modulus,
+                       double stiffness) {
+    domain.anchors = std::move(anchors);
     domain.shear_modulus = shear_modulus;
     domain.bulk_modulus = bulk_modulus;
     domain.stiffness = stiffness;
@@ -91,14 +92,17 @@ std::vector<StrainDomain> strain_domains(const TetMesh& mesh, const Material& ma
   };
   if (element == Element::p1) {
     for (int e = 0; e < mesh.tet_count(); ++e)
-      add(average(mesh, elements, {e}, 1.0), mu, kappa, kappa + 4.0 / 3.0 * mu);
+      add(average(mesh, elements, {e}, 1.0), {mesh.tets[e].begin(), mesh.tets[e].end()}, mu, kappa,
+          kappa + 4.0 / 3.0 * mu);
     return domains;
   }
   const double at_edges = (1.0 - kShearAtNodes) * mu, at_nodes = kShearAtNodes * mu;
-  for (const auto& members : elements_of_edges(mesh))
-    add(average(mesh, elements, members, 1.0 / 6.0), at_edges, 0.0, kEdgeStiffness * at_edges);
-  for (const auto& members : elements_of_nodes(mesh))
-    add(average(mesh, elements, members, 1.0 / 4.0), at_nodes, kappa, kappa + 4.0 / 3.0 * at_nodes);
+  for (const auto& [edge, members] : elements_of_edges(mesh))
+    add(average(mesh, elements, members, 1.0 / 6.0), {edge.first, edge.second}, at_edges, 0.0,
+        kEdgeStiffness * at_edges);
+  const auto around = elements_of_nodes(mesh);
+  for (int node = 0; node < mesh.node_count(); ++node)
+    add(average(mesh, elements, around[node], 1.0 / 4.0), {node}, at_nodes, kappa, kappa + 4.0 / 3.0 * at_nodes);
   return domains;
 }
 

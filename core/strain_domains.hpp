@@ -18,6 +18,7 @@ enum class Element : std::uint8_t { p1, smoothed };
 struct StrainDomain {
   std::vector<int> nodes;       // each once, ascending
   std::vector<Vec3> gradients;  // 1/mm, one per node, summing to nothing: F = sum_a x_a gradients[a]^T
+  std::vector<int> anchors;     // the nodes it stands for: an element's four, an edge's two, or one
   double volume = 0.0;          // mm3
   double shear_modulus = 0.0;   // kPa, of this domain's share of energy (11)
   double bulk_modulus = 0.0;    // kPa, likewise; 0 where other domains carry it

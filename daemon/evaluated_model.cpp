@@ -12,8 +12,10 @@ namespace {
 const std::vector<EvaluatedModel>& published_models() {
   static const std::vector<EvaluatedModel> kModels{
       {"paper",
-       {"simulator.kind=kf-admm", "simulator.scheme=algorithm-1", "simulator.element=p1", "filter.preset=paper"}},
-      {"paper-admm", {"simulator.kind=admm", "simulator.scheme=algorithm-1", "simulator.element=p1"}},
+       {"simulator.kind=kf-admm", "simulator.scheme=algorithm-1", "simulator.element=p1", "simulator.weight_scale=4",
+        "filter.preset=paper"}},
+      {"paper-admm",
+       {"simulator.kind=admm", "simulator.scheme=algorithm-1", "simulator.element=p1", "simulator.weight_scale=4"}},
   };
   return kModels;
 }

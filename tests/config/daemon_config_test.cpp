@@ -184,7 +184,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/material/density", "101", "/material/density: 101 is above the maximum 100"},
       {"/gravity", "[0, 0, -1, 0]", "/gravity: [0,0,-1,0] has 4 items, more than the maximum 3"},
       {"/gravity/0", "200", "/gravity/0: 200 is above the maximum 100"},
-      {"/filter/preset", R"("loose")", R"(/filter/preset: "loose" is not one of "paper" or "standard")"},
+      {"/filter/preset", R"("loose")", R"(/filter/preset: "loose" is not one of "standard", "paper" or "force")"},
       {"/filter/process_noise", "-3", "/filter/process_noise: -3 is below the minimum 0"},
       {"/filter/measurement_noise", "101", "/filter/measurement_noise: 101 is above the maximum 100"},
       {"/filter/modes", "1.5", "/filter/modes: 1.5 is not an integer"},

@@ -93,7 +93,7 @@ std::vector<std::uint8_t> random_flags(std::size_t count, std::mt19937& generato
 }  // namespace
 
 TEST_CASE("the marker filter is the textbook filter, whatever is seen and held", "[marker_filter]") {
-  const NoisePreset preset = GENERATE(NoisePreset::standard, NoisePreset::paper);
+  const NoisePreset preset = GENERATE(NoisePreset::force, NoisePreset::paper);
   FilterOptions options;
   options.preset = preset;
   Bench bench(box_scene({3, 3, 2, 10.0}), options);
@@ -126,7 +126,7 @@ TEST_CASE("the marker filter is the textbook filter, whatever is seen and held",
 
 TEST_CASE("the filter starts where the textbook settles with all markers seen", "[marker_filter]") {
   FilterOptions options;
-  options.preset = GENERATE(NoisePreset::standard, NoisePreset::paper);
+  options.preset = GENERATE(NoisePreset::force, NoisePreset::paper);
   Bench bench(box_scene({2, 2, 2, 10.0}), options);
   TextbookFilter textbook = textbook_of(bench.model, options);
   textbook.settle(std::vector<std::uint8_t>(bench.model.scene().markers.size(), 1), {0, 0}, 1000);
@@ -134,7 +134,7 @@ TEST_CASE("the filter starts where the textbook settles with all markers seen", 
   CHECK((covariance - textbook.covariance).cwiseAbs().maxCoeff() < 1e-4 * textbook.covariance.cwiseAbs().maxCoeff());
 }
 
-TEST_CASE("the standard preset gives the markers the prior variance it is asked for", "[marker_filter]") {
+TEST_CASE("the force preset gives the markers the prior variance it is asked for", "[marker_filter]") {
   const Model model(box_scene({2, 2, 2, 10.0}), Element::p1, kWeightScale, kTimeStep);
   CHECK(textbook_of(model, FilterOptions{}).marker_prior() == Approx(1.0));
 }

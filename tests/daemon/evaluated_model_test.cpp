@@ -44,7 +44,7 @@ TEST_CASE("A model that there is not is refused, with those that there are") {
   for (const std::string& name : model_names()) CHECK(named_model(name).name == name);
 }
 
-TEST_CASE("A variant is a name and keys; commas inside of brackets are part of a value") {
+TEST_CASE("A variant is a name and keys, and commas inside of brackets are part of a value") {
   const EvaluatedModel model = parse_variant("heavy:gravity=[0,0,-1],simulator.kind=admm,markers=[\"M1\",\"M2\"]");
   CHECK(model.name == "heavy");
   CHECK(model.overrides ==

@@ -1,0 +1,107 @@
+// The filter beyond the paper's: what markers say that the simulation does not is first of all a statement about the
+// body. An extended Kalman filter learns its log-stiffness, a smooth random field, and the simulation runs on with what
+// was learnt; what no such field explains is a smooth discrepancy that fades away from the markers.
+//
+// A measured displacement is
+//   d = simulated(c) + J (c - c_estimate) + b(marker) + noise,  b ~ GP(0, (share x load)^2, length)
+// with c the coefficients of the field, J from the compliance at rest and the stresses now, load the largest simulated
+// displacement of a marker. In time b walks with the load: while that rests, a marker's noise averages out of it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/admm.hpp"
+#include "core/marker_filter.hpp"
+#include "core/rest_compliance.hpp"
+
+namespace tissued::core {
+
+class StiffnessFilter {
+ public:
+  // Throws ModelError where the body is not held.
+  StiffnessFilter(const Model& model, const FilterOptions& options);
+
+  // The same body, factored for another time step: what was learnt stays.
+  void use(const Model& model) { model_ = &model; }
+  // Forgets all that was learnt.
+  void reset();
+  // One frame: gates the markers, learns from them where the load moved on, and estimates the discrepancy. Writes the
+  // moduli of the state's domains. dt: s since the last call.
+  Innovation correct(std::span<const Vec3> markers, std::span<const std::uint8_t> seen,
+                     std::span<const std::uint8_t> held_pads, double dt, AdmmState& state);
+
+  // mm, the discrepancy at a target or a marker: to be added to the simulated position.
+  Vec3 target_shift(int target) const { return shift_[marker_count_ + target]; }
+  Vec3 marker_shift(int marker) const { return shift_[marker]; }
+  // mm^2, of a target's position.
+  const Mat3& target_covariance(int target) const { return target_covariance_[static_cast<std::size_t>(target)]; }
+  // Natural logarithm of what the stiffness at a node is multiplied with.
+  double log_stiffness(int node) const { return log_stiffness_[node]; }
+  int coefficients() const { return static_cast<int>(field_.cols()); }
+  // Rows for markers, then targets: mm per unit of a coefficient, at the last load that was learnt from.
+  const RowMatrix& sensitivity() const { return sensitivity_; }
+
+  static constexpr double kLengthOfDiscrepancy = 15.0;  // mm
+
+ private:
+  void measure(std::span<const Vec3> markers, std::span<const std::uint8_t> seen, const AdmmState& state);
+  void gate(std::span<const Vec3> markers);
+  bool unswap(std::size_t first, std::span<const Vec3> markers);
+  double shown_variance();
+  bool plausible(int marker, const Vec3& innovation) const;
+  bool load_moved_on(double dt);
+  void compute_sensitivity(const AdmmState& state);
+  void learn();
+  void apply(AdmmState& state);
+  void follow_discrepancy(double dt);
+  void spread_discrepancy();
+  void update_covariances();
+  double expected_variance() const { return share_ * share_ * load_ * load_; }
+
+  const Model* model_;
+  RestCompliance compliance_;
+  int marker_count_, target_count_;
+  RowMatrix field_;   // (nodes x r)
+  RowMatrix kernel_;  // (markers x markers + targets): exp(-d^2 / (2 length^2))
+  double noise_variance_, initial_share_;
+
+  // What was learnt.
+  Eigen::VectorXd coefficients_, log_stiffness_;  // (r), (nodes)
+  RowMatrix covariance_;                          // (r x r)
+  double share_;                                  // of the load: standard deviation of the discrepancy
+  bool learnt_ = false;
+
+  // Of the load now.
+  std::vector<Vec3> displacement_;  // (markers) mm, simulated
+  std::vector<Vec3> learnt_at_;     // (markers) the same when last learnt from
+  std::vector<Vec3> resting_at_;    // (markers) the same when the load last moved
+  double resting_ = 0.0;            // s without a move
+  double load_ = 0.0, travel_ = 0.0, peak_load_ = 0.0, sensitivity_load_ = 0.0;  // mm
+  std::vector<std::uint8_t> held_;                                               // (pads) that the compliance knows of
+  RowMatrix sensitivity_;                                                        // (3 (markers + targets) x r)
+
+  // Of this frame.
+  std::vector<Vec3> innovation_;  // (markers)
+  std::vector<int> used_, refused_;
+  int swapped_ = 0;
+  double variance_ = 0.0;                  // mm^2 per axis, of the discrepancy: expected, or what innovations show
+  std::vector<double> squares_;            // (markers used)
+  std::vector<Vec3> discrepancy_;          // (markers) mm
+  std::vector<double> uncertainty_;        // (markers) mm^2 per axis, of it
+  std::vector<Vec3> displacement_before_;  // (markers) mm, simulated, a frame ago
+  std::vector<int> known_;                 // markers whose discrepancy says something about their neighbours'
+  std::vector<Vec3> shift_;                // (markers + targets)
+  std::vector<Mat3> learnt_covariance_;    // (markers + targets) mm^2, by what is not known of the stiffness
+  std::vector<Mat3> target_covariance_;    // (targets)
+
+  // Workspace.
+  RowMatrix domain_row_, at_nodes_;  // (1, nodes x 3 (markers + targets))
+  std::vector<double> corner_factors_;
+  std::vector<int> corner_rows_;
+  RowMatrix rows_, spread_rows_, gain_;     // (3 markers x r)
+  Eigen::MatrixXd spread_, kernel_factor_;  // (3 markers x 3 markers), (markers x markers)
+  RowMatrix kernel_work_;                   // (markers x 3 + targets)
+};
+
+}  // namespace tissued::core
