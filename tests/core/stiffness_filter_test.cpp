@@ -203,7 +203,7 @@ TEST_CASE("pushing one side teaches what the other side's push will do", "[stiff
     if (scene.mesh.node(i).norm() < scene.mesh.node(corner).norm()) corner = i;
   }
   const StiffnessFilter& filter = *session.simulator.stiffness_filter();
-    CHECK(filter.log_stiffness(middle) > filter.log_stiffness(corner) + 0.07);
+  CHECK(filter.log_stiffness(middle) > filter.log_stiffness(corner) + 0.07);
   session.simulator.reset();
   CHECK(filter.log_stiffness(middle) == 0.0);
 }
