@@ -10,7 +10,7 @@ namespace tissued::core {
 namespace {
 
 constexpr double kPadLimit = 3.0;     // mm a held node may move in one step; a larger jump of a pad is ramped
-constexpr double kSettledMove = 0.1;  // mm; what `converged` means where no tolerance was asked for
+constexpr double kSettledMove = 0.1;  // mm; what `converged` means, however early iterations may end
 constexpr int kAllModesUpTo = 1200;   // free nodes; beyond, the dense eigenproblem takes minutes
 constexpr int kModesOfLargeMesh = 300;
 
@@ -85,8 +85,8 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
       correct(observation, observation.dt / steps_per_frame(), 1, report);
     }
   }
-  report.converged = std::max(report.primal_residual, report.dual_residual) <=
-                     (options_.solver.tolerance > 0 ? options_.solver.tolerance : kSettledMove);
+  report.converged =
+      std::max(report.primal_residual, report.dual_residual) <= std::max(options_.solver.tolerance, kSettledMove);
   report.finite = state_is_finite();
   if (report.finite) {
     last_finite_ = state_->x;

@@ -29,7 +29,7 @@ struct SolverOptions {
   Element element = Element::smoothed;
   Scheme scheme = Scheme::per_frame;
   int iterations = 10;         // ADMM iterations a step at most (of algorithm-1: iterations a frame)
-  double tolerance = 0.0;      // mm; stop earlier when the residuals fall below it; 0: always all iterations
+  double tolerance = 1e-5;     // mm; stop earlier when the residuals fall below it; 0: always all iterations
   double time_step = 0.01;     // s, nominal: what the global step is factored for
   double weight_scale = 16.0;  // ADMM weights w_i^2 = weight_scale stiffness_i V_i; 1 cycles on large pushes
   int threads = 0;             // of the parallel loops; 0: chosen by the size of the mesh
@@ -85,7 +85,7 @@ struct StepReport {
   int iterations = 0;
   double primal_residual = 0.0;  // mm; largest |Dx - z| of an element times its edge length
   double dual_residual = 0.0;    // mm; largest move of a node in the last iteration (of fem: in the last correction)
-  bool converged = false;        // both below the tolerance (or below 0.1 mm where it is 0)
+  bool converged = false;        // both below 0.1 mm, or below the tolerance where that is more
   bool finite = true;            // false: the state was not finite; it holds the last finite one
   int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began
   int markers_used = 0;          // 0 in open loop

@@ -56,6 +56,8 @@ void paper_load(const core::Scene& scene, const char* kind, core::Scheme scheme,
   options.kind = kind;
   options.filter.preset = core::NoisePreset::paper;
   options.solver.element = core::Element::p1;
+  options.solver.weight_scale = 4.0;
+  options.solver.tolerance = 0.0;  // all iterations, however little is left to do
   options.solver.scheme = scheme;
   options.solver.iterations = per_frame;
   options.solver.threads = 1;

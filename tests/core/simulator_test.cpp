@@ -18,6 +18,7 @@ SimulatorOptions options_of(const std::string& kind, Scheme scheme = Scheme::per
   SimulatorOptions options;
   options.kind = kind;
   options.solver.element = Element::p1;
+  options.solver.tolerance = 0.0;
   options.solver.scheme = scheme;
   options.solver.threads = 1;
   return options;
