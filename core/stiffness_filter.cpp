@@ -101,6 +101,7 @@ void StiffnessFilter::reset() {
   displacement_before_.assign(markers, Vec3::Zero());
   uncertainty_.assign(markers, 0.0);
   resting_at_.assign(markers, Vec3::Zero());
+  next_domain_ = 0;
   resting_ = load_ = travel_ = peak_load_ = sensitivity_load_ = 0.0;
   held_.assign(model_->scene().pads.size(), 0);
   compliance_.hold(held_);
@@ -126,10 +127,10 @@ Innovation StiffnessFilter::correct(std::span<const Vec3> markers, std::span<con
   for (int marker : used_) sum += innovation_[marker].squaredNorm();
   if (!used_.empty()) result.rms = std::sqrt(sum / (3.0 * result.markers_used));
   follow_discrepancy(dt);
-  if (load_moved_on(dt) && !used_.empty()) {
-    compute_sensitivity(state);
-    learn();
-    apply(state);
+  if (load_is_news(dt) && !used_.empty()) {
+    learn_in_parts(state);
+  } else {
+    next_domain_ = 0;
   }
   spread_discrepancy();
   update_covariances();
@@ -222,8 +223,8 @@ void StiffnessFilter::follow_discrepancy(double dt) {
   }
 }
 
-// Whether the load says something that it did not say before.
-bool StiffnessFilter::load_moved_on(double dt) {
+// Whether the load is at rest and says something that it did not say before.
+bool StiffnessFilter::load_is_news(double dt) {
   travel_ = largest_distance(displacement_, learnt_at_);
   if (largest_distance(displacement_, resting_at_) > kStill) {
     resting_at_ = displacement_;
@@ -233,46 +234,62 @@ bool StiffnessFilter::load_moved_on(double dt) {
   }
   if (load_ < kLeastLoad) peak_load_ = 0.0;
   if (resting_ < kRestTime || travel_ < kTravel || load_ < kLeastLoad) return false;
+  if (load_ >= kUnloading * peak_load_) return true;
   learnt_at_ = displacement_;
-  if (load_ < kUnloading * peak_load_) return false;
-  peak_load_ = std::max(peak_load_, load_);
-  return true;
+  return false;
 }
 
-// J = -compliance x (forces of the stresses, by the log-stiffness that scales them).
-void StiffnessFilter::compute_sensitivity(const AdmmState& state) {
-  at_nodes_.setZero();
-  const std::vector<int>& free_index = model_->system().free_index();
-  const int observed = compliance_.observed();
-  for (const StrainDomain& domain : model_->domains()) {
-    Mat3 f = Mat3::Zero();
-    for (std::size_t a = 0; a < domain.nodes.size(); ++a)
-      f += state.x.row(domain.nodes[a]).head<3>().transpose() * domain.gradients[a].transpose();
-    if (!(f.determinant() > 0.0)) continue;
-    double log_stiffness = 0.0;
-    for (int anchor : domain.anchors) log_stiffness += log_stiffness_[anchor];
-    const auto anchors = static_cast<double>(domain.anchors.size());
-    const Mat3 stress = domain.volume * std::exp(log_stiffness / anchors) / anchors *
-                        first_piola(domain.shear_modulus, domain.bulk_modulus, f);
-    corner_factors_.clear();
-    corner_rows_.clear();
-    for (std::size_t a = 0; a < domain.nodes.size(); ++a) {
-      const int free = free_index[domain.nodes[a]];
-      if (free < 0) continue;
-      const Vec3 force = stress * domain.gradients[a];
-      for (int axis = 0; axis < 3; ++axis) {
-        corner_factors_.push_back(force[axis]);
-        corner_rows_.push_back(3 * free + axis);
-      }
-    }
-    domain_row_.setZero();
-    add_rows(observed, static_cast<int>(corner_rows_.size()), corner_rows_.data(), corner_factors_.data(),
-             compliance_.columns().data(), domain_row_.data());
-    for (int anchor : domain.anchors) at_nodes_.row(anchor) += domain_row_.row(0);
+// The sensitivities of all domains at once would cost a frame more than its share; at rest nothing is lost by waiting.
+void StiffnessFilter::learn_in_parts(AdmmState& state) {
+  constexpr std::size_t kDomainsPerFrame = 500;
+  const std::size_t domains = model_->domains().size();
+  if (next_domain_ < domains) {
+    if (next_domain_ == 0) at_nodes_.setZero();
+    const std::size_t last = std::min(next_domain_ + kDomainsPerFrame, domains);
+    for (; next_domain_ < last; ++next_domain_) add_sensitivity(model_->domains()[next_domain_], state);
+    if (next_domain_ == domains) finish_sensitivity();
+    return;
   }
+  learn();
+  apply(state);
+  next_domain_ = 0;
+  learnt_at_ = displacement_;
+  peak_load_ = std::max(peak_load_, load_);
+}
+
+// By the log-stiffness of a domain's anchors: compliance x the forces of its stress.
+void StiffnessFilter::add_sensitivity(const StrainDomain& domain, const AdmmState& state) {
+  Mat3 f = Mat3::Zero();
+  for (std::size_t a = 0; a < domain.nodes.size(); ++a)
+    f += state.x.row(domain.nodes[a]).head<3>().transpose() * domain.gradients[a].transpose();
+  if (!(f.determinant() > 0.0)) return;
+  double log_stiffness = 0.0;
+  for (int anchor : domain.anchors) log_stiffness += log_stiffness_[anchor];
+  const auto anchors = static_cast<double>(domain.anchors.size());
+  const Mat3 stress = domain.volume * std::exp(log_stiffness / anchors) / anchors *
+                      first_piola(domain.shear_modulus, domain.bulk_modulus, f);
+  corner_factors_.clear();
+  corner_rows_.clear();
+  for (std::size_t a = 0; a < domain.nodes.size(); ++a) {
+    const int free = model_->system().free_index()[domain.nodes[a]];
+    if (free < 0) continue;
+    const Vec3 force = stress * domain.gradients[a];
+    for (int axis = 0; axis < 3; ++axis) {
+      corner_factors_.push_back(force[axis]);
+      corner_rows_.push_back(3 * free + axis);
+    }
+  }
+  domain_row_.setZero();
+  add_rows(compliance_.observed(), static_cast<int>(corner_rows_.size()), corner_rows_.data(), corner_factors_.data(),
+           compliance_.columns().data(), domain_row_.data());
+  for (int anchor : domain.anchors) at_nodes_.row(anchor) += domain_row_.row(0);
+}
+
+// J: a stiffer element holds what its stress pushed, hence the sign.
+void StiffnessFilter::finish_sensitivity() {
   sensitivity_.setZero();
-  subtract_transposed_product(static_cast<int>(at_nodes_.rows()), observed, static_cast<int>(field_.cols()),
-                              at_nodes_.data(), field_.data(), sensitivity_.data());
+  subtract_transposed_product(static_cast<int>(at_nodes_.rows()), compliance_.observed(),
+                              static_cast<int>(field_.cols()), at_nodes_.data(), field_.data(), sensitivity_.data());
   sensitivity_load_ = load_;
 }
 

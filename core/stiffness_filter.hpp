@@ -50,8 +50,10 @@ class StiffnessFilter {
   bool unswap(std::size_t first, std::span<const Vec3> markers);
   double shown_variance();
   bool plausible(int marker, const Vec3& innovation) const;
-  bool load_moved_on(double dt);
-  void compute_sensitivity(const AdmmState& state);
+  bool load_is_news(double dt);
+  void learn_in_parts(AdmmState& state);
+  void add_sensitivity(const StrainDomain& domain, const AdmmState& state);
+  void finish_sensitivity();
   void learn();
   void apply(AdmmState& state);
   void follow_discrepancy(double dt);
@@ -80,6 +82,7 @@ class StiffnessFilter {
   double load_ = 0.0, travel_ = 0.0, peak_load_ = 0.0, sensitivity_load_ = 0.0;  // mm
   std::vector<std::uint8_t> held_;                                               // (pads) that the compliance knows of
   RowMatrix sensitivity_;                                                        // (3 (markers + targets) x r)
+  std::size_t next_domain_ = 0;  // of the sensitivities that are being computed
 
   // Of this frame.
   std::vector<Vec3> innovation_;  // (markers)
