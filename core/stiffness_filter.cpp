@@ -23,7 +23,7 @@ constexpr double kUnloading = 0.9;  // of the largest load since rest: what it s
 constexpr double kFreshTravel = 5.0;    // mm
 constexpr double kForgetting = 0.01;    // share of what is known that a learning step gives back: the body may change
 constexpr double kGate = 25.0;          // of the squared innovation in units of its covariance: 5 standard deviations
-constexpr double kUnlearntShare = 0.3;  // of the load: what may be off before anything was learnt
+constexpr double kUnlearntShare = 0.1;  // of the load: what may be off before anything was learnt
 
 RowMatrix kernel_of(const Model& model) {
   std::vector<Vec3> places;
