@@ -1,8 +1,9 @@
 #include "core/fem_simulator.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <exception>
-#include <thread>
 
 #include "core/state_hash.hpp"
 
@@ -12,9 +13,7 @@ namespace {
 
 constexpr double kTolerance = 1e-6;  // mm, where none was asked for
 
-int threads_of(int requested) {
-  return requested > 0 ? requested : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 8u));
-}
+int threads_of(int requested) { return requested > 0 ? requested : std::clamp(omp_get_num_procs(), 1, 8); }
 
 double furthest_held(const FemState& state) {
   double furthest = 0.0;
