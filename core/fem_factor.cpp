@@ -1,38 +1,13 @@
 #include "core/fem_factor.hpp"
 
-#include <cholmod.h>
-#include <omp.h>
-
 #include <cmath>
 
-// OpenBLAS, where that is the BLAS below CHOLMOD; not there in others.
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+#include "core/cholmod_factor.hpp"
 
 namespace tissued::core {
 
-namespace {
-
-// One thread while CHOLMOD works: OpenBLAS's bits depend on how many it has, and CHOLMOD's own loops over threads cost
-// more than they bring on panels of this size.
-class OneThread {
- public:
-  OneThread() : levels_(omp_get_max_active_levels()) {
-    omp_set_max_active_levels(0);
-    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
-  }
-  OneThread(const OneThread&) = delete;
-  OneThread& operator=(const OneThread&) = delete;
-  ~OneThread() { omp_set_max_active_levels(levels_); }
-
- private:
-  int levels_;
-};
-
-}  // namespace
-
 struct FemFactor::Parts {
-  mutable cholmod_common common;
-  cholmod_factor* factor = nullptr;
+  CholmodFactor cholmod;
   bool ready = false;
   std::vector<int> node;           // free nodes, ascending
   std::vector<int> column, row;    // the reduced matrix
@@ -40,33 +15,8 @@ struct FemFactor::Parts {
   std::vector<double> values;      // (entries)
   std::vector<std::uint8_t> held;  // (nodes), as last factored
 
-  Parts() {
-    cholmod_start(&common);
-    common.supernodal = CHOLMOD_SUPERNODAL;
-    common.final_ll = 1;
-    common.print = 0;
-  }
-  Parts(const Parts&) = delete;
-  Parts& operator=(const Parts&) = delete;
-  ~Parts() {
-    cholmod_free_factor(&factor, &common);
-    cholmod_finish(&common);
-  }
-
-  cholmod_sparse view() {
-    cholmod_sparse a{};
-    a.nrow = a.ncol = column.size() - 1;
-    a.nzmax = row.size();
-    a.p = column.data();
-    a.i = row.data();
-    a.x = values.data();
-    a.stype = -1;
-    a.itype = CHOLMOD_INT;
-    a.xtype = CHOLMOD_REAL;
-    a.dtype = CHOLMOD_DOUBLE;
-    a.sorted = 1;
-    a.packed = 1;
-    return a;
+  cholmod_sparse view() const {
+    return lower_view(column.size() - 1, row.size(), column.data(), row.data(), values.data());
   }
 };
 
@@ -93,9 +43,7 @@ FemFactor::FemFactor(const FemPattern& pattern, const std::vector<std::uint8_t>&
     }
   }
   p.values.assign(p.row.size(), 1.0);
-  cholmod_sparse a = p.view();
-  p.factor = cholmod_analyze(&a, &p.common);
-  if (p.factor == nullptr) throw ModelError("CHOLMOD cannot analyse the tangent: out of memory?");
+  if (!p.cholmod.analyze(p.view())) throw ModelError("CHOLMOD cannot analyse the tangent: out of memory?");
 }
 
 FemFactor::~FemFactor() = default;
@@ -120,10 +68,7 @@ bool FemFactor::factorize(const std::vector<double>& values, const std::vector<s
         p.values[k] = values[p.from[k]] + (diagonal ? shift * mean : 0.0);
     }
   }
-  cholmod_sparse a = p.view();
-  const OneThread one;
-  cholmod_factorize(&a, p.factor, &p.common);
-  p.ready = p.common.status == CHOLMOD_OK && p.factor->minor == p.factor->n;
+  p.ready = p.cholmod.factorize(p.view());
   return p.ready;
 }
 
@@ -139,26 +84,15 @@ Eigen::MatrixXd FemFactor::solve(const Eigen::MatrixXd& b) const {
     else
       rows = b.middleRows<3>(3 * p.node[k]);
   }
-  cholmod_dense view{};
-  view.nrow = static_cast<std::size_t>(right.rows());
-  view.ncol = static_cast<std::size_t>(right.cols());
-  view.nzmax = static_cast<std::size_t>(right.size());
-  view.d = view.nrow;
-  view.x = right.data();
-  view.xtype = CHOLMOD_REAL;
-  view.dtype = CHOLMOD_DOUBLE;
-  const OneThread one;
-  cholmod_dense* answer = cholmod_solve(CHOLMOD_A, p.factor, &view, &p.common);
+  const Eigen::MatrixXd solved = p.cholmod.solve(right);
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(b.rows(), b.cols());
-  const Eigen::Map<Eigen::MatrixXd> solved(static_cast<double*>(answer->x), right.rows(), right.cols());
   for (std::size_t k = 0; k < p.node.size(); ++k)
     x.middleRows<3>(3 * p.node[k]) = solved.middleRows<3>(3 * static_cast<Eigen::Index>(k));
-  cholmod_free_dense(&answer, &p.common);
   return x;
 }
 
 int FemFactor::rows() const { return static_cast<int>(parts_->column.size()) - 1; }
-double FemFactor::entries() const { return parts_->common.lnz; }
-double FemFactor::flops() const { return parts_->common.fl; }
+double FemFactor::entries() const { return parts_->cholmod.common.lnz; }
+double FemFactor::flops() const { return parts_->cholmod.common.fl; }
 
 }  // namespace tissued::core

@@ -1,51 +1,20 @@
 #include "core/sparse_cholesky.hpp"
 
-#include <cholmod.h>
-
 #include <algorithm>
 
+#include "core/cholmod_factor.hpp"
 #include "core/types.hpp"
 
 namespace tissued::core {
 
 struct SparseCholesky::Factor {
-  cholmod_common common;
-  cholmod_factor* factor = nullptr;
+  CholmodFactor cholmod;
   std::vector<int> order;
   std::int64_t entries = 0;
   SupernodalPanels panels;
-
-  Factor() {
-    cholmod_start(&common);
-    common.supernodal = CHOLMOD_SUPERNODAL;
-    common.final_ll = 1;
-    common.print = 0;
-  }
-  Factor(const Factor&) = delete;
-  Factor& operator=(const Factor&) = delete;
-  ~Factor() {
-    cholmod_free_factor(&factor, &common);
-    cholmod_finish(&common);
-  }
 };
 
 namespace {
-
-cholmod_sparse view_of(const SparseMatrix& lower) {
-  cholmod_sparse a{};
-  a.nrow = a.ncol = static_cast<std::size_t>(lower.rows());
-  a.nzmax = static_cast<std::size_t>(lower.nonZeros());
-  a.p = const_cast<int*>(lower.outerIndexPtr());
-  a.i = const_cast<int*>(lower.innerIndexPtr());
-  a.x = const_cast<double*>(lower.valuePtr());
-  a.stype = -1;
-  a.itype = CHOLMOD_INT;
-  a.xtype = CHOLMOD_REAL;
-  a.dtype = CHOLMOD_DOUBLE;
-  a.sorted = 1;
-  a.packed = 1;
-  return a;
-}
 
 SupernodalPanels repack(const cholmod_factor& factor) {
   SupernodalPanels out;
@@ -87,16 +56,15 @@ SupernodalPanels repack(const cholmod_factor& factor) {
 }  // namespace
 
 SparseCholesky::SparseCholesky(const SparseMatrix& lower) : factor_(std::make_unique<Factor>()) {
-  cholmod_sparse a = view_of(lower);
-  factor_->factor = cholmod_analyze(&a, &factor_->common);
-  if (factor_->factor != nullptr) cholmod_factorize(&a, factor_->factor, &factor_->common);
-  if (factor_->factor == nullptr || factor_->common.status != CHOLMOD_OK ||
-      factor_->factor->minor < factor_->factor->n) {
+  CholmodFactor& cholmod = factor_->cholmod;
+  const cholmod_sparse matrix =
+      lower_view(static_cast<std::size_t>(lower.rows()), static_cast<std::size_t>(lower.nonZeros()),
+                 lower.outerIndexPtr(), lower.innerIndexPtr(), lower.valuePtr());
+  if (!cholmod.analyze(matrix) || !cholmod.factorize(matrix))
     throw ModelError("the global matrix is not positive definite: is every part of the body held?");
-  }
-  const auto* order = static_cast<const int*>(factor_->factor->Perm);
-  factor_->order.assign(order, order + factor_->factor->n);
-  factor_->panels = repack(*factor_->factor);
+  const auto* order = static_cast<const int*>(cholmod.factor->Perm);
+  factor_->order.assign(order, order + cholmod.factor->n);
+  factor_->panels = repack(*cholmod.factor);
   factor_->entries = static_cast<std::int64_t>(factor_->panels.values.size());
 }
 
@@ -104,24 +72,11 @@ SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-int SparseCholesky::size() const { return static_cast<int>(factor_->factor->n); }
+int SparseCholesky::size() const { return static_cast<int>(factor_->cholmod.factor->n); }
 const std::vector<int>& SparseCholesky::order() const { return factor_->order; }
 std::int64_t SparseCholesky::entries() const { return factor_->entries; }
 const SupernodalPanels& SparseCholesky::panels() const { return factor_->panels; }
 
-Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) const {
-  cholmod_dense view{};
-  view.nrow = static_cast<std::size_t>(b.rows());
-  view.ncol = static_cast<std::size_t>(b.cols());
-  view.nzmax = static_cast<std::size_t>(b.size());
-  view.d = view.nrow;
-  view.x = const_cast<double*>(b.data());
-  view.xtype = CHOLMOD_REAL;
-  view.dtype = CHOLMOD_DOUBLE;
-  cholmod_dense* solution = cholmod_solve(CHOLMOD_A, factor_->factor, &view, &factor_->common);
-  Eigen::MatrixXd x = Eigen::Map<Eigen::MatrixXd>(static_cast<double*>(solution->x), b.rows(), b.cols());
-  cholmod_free_dense(&solution, &factor_->common);
-  return x;
-}
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& b) const { return factor_->cholmod.solve(b); }
 
 }  // namespace tissued::core
