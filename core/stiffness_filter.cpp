@@ -66,7 +66,7 @@ StiffnessFilter::StiffnessFilter(const Model& model, const FilterOptions& option
   refused_.reserve(markers);
   known_.reserve(markers);
   squares_.reserve(markers);
-  shift_.assign(markers + targets, Vec3::Zero());
+  target_shift_.assign(targets, Vec3::Zero());
   learnt_covariance_.assign(markers + targets, Mat3::Zero());
   target_covariance_.assign(targets, Mat3::Zero());
   domain_row_ = RowMatrix::Zero(1, observed);
@@ -105,7 +105,7 @@ void StiffnessFilter::reset() {
   resting_ = load_ = travel_ = peak_load_ = sensitivity_load_ = 0.0;
   held_.assign(model_->scene().pads.size(), 0);
   compliance_.hold(held_);
-  std::fill(shift_.begin(), shift_.end(), Vec3::Zero());
+  std::fill(target_shift_.begin(), target_shift_.end(), Vec3::Zero());
   std::fill(learnt_covariance_.begin(), learnt_covariance_.end(), Mat3::Zero());
   std::fill(target_covariance_.begin(), target_covariance_.end(), Mat3::Zero());
   update_covariances();
@@ -354,7 +354,7 @@ void StiffnessFilter::apply(AdmmState& state) {
   }
 }
 
-// Gaussian process regression of the markers' discrepancies; its weights serve all three axes.
+// Gaussian process regression of the markers' discrepancies, its factor the same for all three axes.
 void StiffnessFilter::spread_discrepancy() {
   known_.clear();
   for (int i = 0; i < marker_count_; ++i)
@@ -366,7 +366,7 @@ void StiffnessFilter::spread_discrepancy() {
     kernel_work_.row(i).head<3>() = discrepancy_[known_[i]].transpose();
     for (int t = 0; t < target_count_; ++t) kernel_work_(i, 3 + t) = variance_ * kernel_(known_[i], marker_count_ + t);
   }
-  std::fill(shift_.begin(), shift_.end(), Vec3::Zero());
+  std::fill(target_shift_.begin(), target_shift_.end(), Vec3::Zero());
   for (int t = 0; t < target_count_; ++t) target_covariance_[t] = variance_ * Mat3::Identity();
   if (m == 0) return;
   Eigen::Ref<Eigen::MatrixXd> in_place(kernel_factor_.topLeftCorner(m, m));
@@ -375,15 +375,11 @@ void StiffnessFilter::spread_discrepancy() {
   for (int t = 0; t < target_count_; ++t) {
     double known = 0.0;
     for (int i = 0; i < m; ++i) {
-      shift_[marker_count_ + t] += kernel_work_(i, 3 + t) * kernel_work_.row(i).head<3>().transpose();
+      target_shift_[t] += kernel_work_(i, 3 + t) * kernel_work_.row(i).head<3>().transpose();
       known += kernel_work_(i, 3 + t) * kernel_work_(i, 3 + t);
     }
     target_covariance_[t].diagonal().array() -= known;
   }
-  backward_substitute(m, columns, kernel_factor_.data(), kernel_factor_.outerStride(), kernel_work_.data());
-  for (int marker = 0; marker < marker_count_; ++marker)
-    for (int i = 0; i < m; ++i)
-      shift_[marker] += variance_ * kernel_(known_[i], marker) * kernel_work_.row(i).head<3>().transpose();
 }
 
 // Adds what is not known of the stiffness, in proportion to the load, and the noise that registration leaves.

@@ -31,9 +31,8 @@ class StiffnessFilter {
   Innovation correct(std::span<const Vec3> markers, std::span<const std::uint8_t> seen,
                      std::span<const std::uint8_t> held_pads, double dt, AdmmState& state);
 
-  // mm, the discrepancy at a target or a marker: to be added to the simulated position.
-  Vec3 target_shift(int target) const { return shift_[marker_count_ + target]; }
-  Vec3 marker_shift(int marker) const { return shift_[marker]; }
+  // mm, the discrepancy at a target: to be added to the simulated position.
+  const Vec3& target_shift(int target) const { return target_shift_[static_cast<std::size_t>(target)]; }
   // mm^2, of a target's position.
   const Mat3& target_covariance(int target) const { return target_covariance_[static_cast<std::size_t>(target)]; }
   // Natural logarithm of what the stiffness at a node is multiplied with.
@@ -94,7 +93,7 @@ class StiffnessFilter {
   std::vector<double> uncertainty_;        // (markers) mm^2 per axis, of it
   std::vector<Vec3> displacement_before_;  // (markers) mm, simulated, a frame ago
   std::vector<int> known_;                 // markers whose discrepancy says something about their neighbours'
-  std::vector<Vec3> shift_;                // (markers + targets)
+  std::vector<Vec3> target_shift_;         // (targets)
   std::vector<Mat3> learnt_covariance_;    // (markers + targets) mm^2, by what is not known of the stiffness
   std::vector<Mat3> target_covariance_;    // (targets)
 

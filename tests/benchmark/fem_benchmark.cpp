@@ -11,23 +11,12 @@
 #include "core/fem_solver.hpp"
 #include "daemon/scene_loader.hpp"
 #include "tests/benchmark/block_body.hpp"
+#include "tests/benchmark/stopwatch.hpp"
 
 namespace {
 
 using namespace tissued;
-
-double milliseconds(const std::function<void()>& work) {
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-}
-
-double median_of(int repeats, const std::function<void()>& work) {
-  std::vector<double> all;
-  for (int i = 0; i < repeats; ++i) all.push_back(milliseconds(work));
-  std::sort(all.begin(), all.end());
-  return all[all.size() / 2];
-}
+using benchmark::milliseconds, benchmark::times_of;
 
 std::vector<core::PadInput> pushed(const core::Scene& scene, double depth) {
   std::vector<core::PadInput> pads(scene.pads.size());
@@ -80,14 +69,15 @@ void measure(const core::Scene& scene, core::FemElement element, int threads) {
   core::solve_static(*equilibrium, state, {pads}, core::FemControl{});
   Eigen::VectorXd residual;
   std::vector<double> values;
-  const double forces = median_of(20, [&] { equilibrium->terms(state.x, 0.0, state.history, residual); });
-  const double tangent = median_of(20, [&] { equilibrium->terms(state.x, 0.0, state.history, residual, &values); });
-  const double factor = median_of(20, [&] { equilibrium->factor().factorize(values, state.hold.held); });
-  const double solve = median_of(20, [&] { equilibrium->factor().solve(residual); });
-  const double sensitivity = median_of(5, [&] {
-    const core::FemSensitivity all(*equilibrium, state);
-    for (int axis = 0; axis < 3; ++axis) all.adjoint(all.of_pad_force(0, core::Vec3::Unit(axis)));
-  });
+  const double forces = times_of(20, [&] { equilibrium->terms(state.x, 0.0, state.history, residual); }).p50;
+  const double tangent = times_of(20, [&] { equilibrium->terms(state.x, 0.0, state.history, residual, &values); }).p50;
+  const double factor = times_of(20, [&] { equilibrium->factor().factorize(values, state.hold.held); }).p50;
+  const double solve = times_of(20, [&] { equilibrium->factor().solve(residual); }).p50;
+  const double sensitivity = times_of(5, [&] {
+                               const core::FemSensitivity all(*equilibrium, state);
+                               for (int axis = 0; axis < 3; ++axis)
+                                 all.adjoint(all.of_pad_force(0, core::Vec3::Unit(axis)));
+                             }).p50;
   std::printf("%s, %d thread%s: %d rows, factor %.2f M entries, %.2f Gflop; set-up %.0f ms\n",
               element == core::FemElement::p1 ? "P1" : "P2", threads, threads > 1 ? "s" : "",
               equilibrium->factor().rows(), 1e-6 * equilibrium->factor().entries(),
