@@ -51,6 +51,7 @@ FemModel::FemModel(const Scene& scene, const FemOptions& options)
   terms_.push_back(std::move(solid));
   for (auto& term : physics.terms) terms_.push_back(std::move(term));
   masses_ = std::move(physics.masses);
+  other_names_ = std::move(physics.other_names);
   pattern_ = make_fem_pattern(mesh_.node_count(), terms_);
 
   fixed_.assign(static_cast<std::size_t>(mesh_.node_count()), 0);
@@ -64,11 +65,24 @@ FemModel::FemModel(const Scene& scene, const FemOptions& options)
   for (const MaterialPoint& point : points_of_targets(scene_)) target_points_.push_back(fem_point(mesh_, point));
 }
 
+const std::string& FemModel::own_name(const std::string& name) const {
+  const auto other = other_names_.find(name);
+  return other == other_names_.end() ? name : other->second;
+}
+
 void FemModel::set_parameter(const std::string& name, double value) {
   bool found = false;
   for (const auto* group : {&terms_, &masses_})
-    for (const auto& term : *group) found = set_in(*term, name, value) || found;
+    for (const auto& term : *group) found = set_in(*term, own_name(name), value) || found;
   if (!found) throw ModelError("no term of the body has a parameter " + name);
+}
+
+double FemModel::parameter(const std::string& name) const {
+  for (const auto* group : {&terms_, &masses_})
+    for (const auto& term : *group)
+      for (std::size_t k = 0; k < term->parameters().size(); ++k)
+        if (term->parameters()[k].name == own_name(name)) return term->parameter(static_cast<int>(k));
+  throw ModelError("no term of the body has a parameter " + name);
 }
 
 Eigen::VectorXd FemModel::rest() const {

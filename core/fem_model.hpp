@@ -3,7 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/fem_inertia.hpp"
@@ -16,10 +18,11 @@ namespace tissued::core {
 
 // What a body is made of before it is put together.
 struct FemPhysics {
-  std::vector<std::unique_ptr<FemLaw>> laws;     // summed at the quadrature points; neo-Hookean to begin with
-  std::vector<std::unique_ptr<FemTerm>> terms;   // of the energy, beside the solid; gravity to begin with
-  std::vector<std::unique_ptr<FemTerm>> masses;  // of the kinetic form (see FemInertia)
-  std::vector<int> fixed_nodes;                  // ascending; the nodes of the fixed surface to begin with
+  std::vector<std::unique_ptr<FemLaw>> laws;       // summed at the quadrature points; neo-Hookean to begin with
+  std::vector<std::unique_ptr<FemTerm>> terms;     // of the energy, beside the solid; gravity to begin with
+  std::vector<std::unique_ptr<FemTerm>> masses;    // of the kinetic form (see FemInertia)
+  std::vector<int> fixed_nodes;                    // ascending; the nodes of the fixed surface to begin with
+  std::map<std::string, std::string> other_names;  // of parameters: name, and what the laws and terms call it
 };
 
 // How a physical effect enters: it changes the physics of a body. Scene and mesh outlive the body.
@@ -53,6 +56,10 @@ class FemModel {
   // Sets a parameter of that name in every term and mass that has it (density is one of gravity and of inertia). Throws
   // ModelError where none has it or the value is out of its bounds.
   void set_parameter(const std::string& name, double value);
+  // Throws ModelError where no term or mass has it.
+  double parameter(const std::string& name) const;
+  // What terms call a parameter that FemPhysics::other_names may have given another name.
+  const std::string& own_name(const std::string& name) const;
 
   const std::vector<std::uint8_t>& fixed() const { return fixed_; }                   // (n) nonzero: never moves
   const std::vector<std::vector<int>>& pad_nodes() const { return pad_nodes_; }       // (pads), ascending
@@ -66,6 +73,7 @@ class FemModel {
   FemMesh mesh_;
   FemSolid* solid_;
   std::vector<std::unique_ptr<FemTerm>> terms_, masses_;
+  std::map<std::string, std::string> other_names_;
   FemPattern pattern_;
   std::vector<std::uint8_t> fixed_;
   std::vector<std::vector<int>> pad_nodes_;

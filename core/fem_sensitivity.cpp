@@ -54,9 +54,10 @@ FemPerturbation FemSensitivity::by_parameter(const std::string& name) {
   FemPerturbation perturbation = nothing();
   bool found = false;
   const auto& terms = equilibrium_->model().terms();
+  const std::string& own_name = equilibrium_->model().own_name(name);
   for (std::size_t t = 0; t < terms.size(); ++t) {
     for (std::size_t k = 0; k < terms[t]->parameters().size(); ++k) {
-      if (terms[t]->parameters()[k].name != name) continue;
+      if (terms[t]->parameters()[k].name != own_name) continue;
       Eigen::VectorXd residual;
       equilibrium_->assembler().differentiate(static_cast<int>(t), static_cast<int>(k), state_->x, time_step_,
                                               state_->history, residual);

@@ -1,0 +1,50 @@
+#include <array>
+
+#include "core/effects/effect.hpp"
+#include "core/effects/gravity.hpp"
+#include "core/effects/viscoelasticity.hpp"
+
+namespace tissued::core {
+
+std::span<const Effect* const> effects() {
+  static const std::array kEffects{
+      &viscoelasticity_effect(),
+      &gravity_effect(),
+  };
+  return kEffects;
+}
+
+const Effect* find_effect(std::string_view kind) {
+  for (const Effect* effect : effects())
+    if (effect->kind() == kind) return effect;
+  return nullptr;
+}
+
+std::vector<double> Effect::neutral(const Scene&) const {
+  std::vector<double> values;
+  for (const EffectParameter& parameter : parameters()) values.push_back(parameter.neutral);
+  return values;
+}
+
+std::vector<EffectNumber> Effect::reported(std::span<const double> values) const {
+  std::vector<EffectNumber> numbers;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    numbers.push_back({parameters()[k].name, parameters()[k].unit, values[k]});
+  return numbers;
+}
+
+FemEffect fem_effect(const Effect& effect) {
+  return
+      [&effect](const Scene& scene, const FemMesh& mesh, FemPhysics& physics) { effect.add_to(scene, mesh, physics); };
+}
+
+std::string model_parameter(const Effect& effect, const EffectParameter& parameter) {
+  return std::string(effect.kind()) + "." + parameter.name;
+}
+
+void set_effect(FemModel& model, const Effect& effect, std::span<const double> values) {
+  for (std::size_t k = 0; k < values.size(); ++k)
+    model.set_parameter(model_parameter(effect, effect.parameters()[k]), values[k]);
+}
+
+}  // namespace tissued::core
