@@ -1,0 +1,322 @@
+#include "core/diagnosis/fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tissued::core {
+
+namespace {
+
+constexpr double kStepOfDifference = 1e-5;  // of what is typical
+constexpr double kWorthwhile = 0.2;         // of chi square that a step must promise
+constexpr double kDiscretisationSd = 0.4;   // of the correction for the elements' size
+const std::string kDiscretisation = "discretisation";
+
+Unknown body_unknown(std::string name, std::string unit, double value, double lowest, double highest, bool logarithmic,
+                     double prior_sd) {
+  Unknown unknown{std::move(name), std::move(unit), Unknown::Source::body, 0,   value,
+                  lowest,          highest,         logarithmic,           0.0, prior_sd};
+  unknown.prior = unknown.fitted();
+  return unknown;
+}
+
+Unknown fault_unknown(std::string name, std::string unit, int fault, double limit, double prior_sd) {
+  return {std::move(name), std::move(unit), Unknown::Source::fault, fault, 0.0, -limit, limit, false, 0.0, prior_sd};
+}
+
+std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scene) {
+  constexpr double kDegree = 3.14159265358979 / 180.0;
+  std::vector<Unknown> unknowns;
+  if (hypothesis.numbers) {
+    const Material& material = scene.material;
+    unknowns.push_back(body_unknown("youngs_modulus", "kPa", material.youngs_modulus, 0.05 * material.youngs_modulus,
+                                    20.0 * material.youngs_modulus, true, 0.5));
+    unknowns.push_back(body_unknown("poissons_ratio", "1", material.poissons_ratio, 0.2, 0.496, false, 0.04));
+  }
+  for (const Effect* effect : hypothesis.effects) {
+    const std::vector<double> neutral = effect->neutral(scene);
+    for (std::size_t k = 0; k < neutral.size(); ++k) {
+      const EffectParameter& p = effect->parameters()[k];
+      if (p.fixed) continue;
+      unknowns.push_back(
+          body_unknown(model_parameter(*effect, p), p.unit, neutral[k], p.lowest, p.highest, p.logarithmic, p.typical));
+    }
+  }
+  if (hypothesis.latency) unknowns.push_back(fault_unknown("latency.seconds", "s", 0, 0.5, 0.1));
+  if (hypothesis.registration) {
+    static const std::array<std::string, 3> kAxes{"x", "y", "z"};
+    for (int axis = 0; axis < 3; ++axis)
+      unknowns.push_back(fault_unknown("registration.rotation." + kAxes[axis], "rad", 1 + axis, 0.5, 3.0 * kDegree));
+    for (int axis = 0; axis < 3; ++axis)
+      unknowns.push_back(fault_unknown("registration.shift." + kAxes[axis], "mm", 4 + axis, 50.0, 3.0));
+  }
+  for (std::size_t s = 0; s < hypothesis.slips.size(); ++s)
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string name = "marker-slip." + scene.markers[hypothesis.slips[s].marker].name + "." + "xyz"[axis];
+      unknowns.push_back(fault_unknown(name, "mm", 7 + static_cast<int>(3 * s) + axis, 50.0, 5.0));
+    }
+  Unknown discretisation{kDiscretisation,  "1", Unknown::Source::discretisation, 0, 1.0, -1.0, 3.0, false, 1.0,
+                         kDiscretisationSd};
+  unknowns.push_back(discretisation);
+  return unknowns;
+}
+
+// Evaluates a hypothesis with given unknowns; owns its body.
+class Evaluator {
+ public:
+  Evaluator(const FitData& data, const Hypothesis& hypothesis)
+      : data_(&data), hypothesis_(&hypothesis), solver_(data.session->scene, hypothesis.effects, data.element) {
+    for (const LoadPath& path : data.paths) {
+      loads_.emplace_back(static_cast<Eigen::Index>(path.keys().size()));
+      for (std::size_t k = 0; k < path.keys().size(); ++k)
+        loads_.back()[static_cast<Eigen::Index>(k)] =
+            path.peak_load() > 0.0 ? path.keys()[k].load / path.peak_load() : 0.0;
+    }
+  }
+
+  bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) {
+    std::vector<PathParameter> parameters;
+    for (const Unknown& unknown : unknowns) {
+      if (unknown.source != Unknown::Source::body) continue;
+      solver_.set_parameter(unknown.name, unknown.value);
+      const double step = kStepOfDifference * (unknown.logarithmic ? unknown.value : unknown.prior_sd);
+      parameters.push_back({unknown.name, unknown.value + step > unknown.highest ? -step : step});
+    }
+    if (!differentiate) parameters.clear();
+    const int trials = static_cast<int>(data_->paths.size());
+    fit.answers.resize(data_->paths.size());
+    fit.residuals.resize(data_->paths.size());
+    ++fit.evaluations;
+    for (int k = 0; k < trials; ++k) {
+      if (data_->stop != nullptr && data_->stop->load(std::memory_order_relaxed)) return false;
+      PathAnswer& answer = fit.answers[k];
+      if (!solver_.solve(data_->paths[k], k, parameters, answer)) {
+        fit.trouble = data_->session->trials[k].name + ": " + solver_.trouble();
+        return false;
+      }
+      compare(k, unknowns, differentiate, answer, fit.residuals[k]);
+      answer.by_parameter.clear();
+    }
+    return true;
+  }
+
+ private:
+  MeasurementFaults faults_of(const std::vector<Unknown>& unknowns) const {
+    MeasurementFaults faults;
+    faults.slips = hypothesis_->slips;
+    for (const Unknown& unknown : unknowns)
+      if (unknown.source == Unknown::Source::fault) fault_number(faults, unknown.fault) = unknown.value;
+    return faults;
+  }
+
+  void compare(int k, const std::vector<Unknown>& unknowns, bool differentiate, const PathAnswer& answer,
+               TrialResidual& out) const {
+    const RecordedTrial& trial = data_->session->trials[k];
+    const LoadPath& path = data_->paths[k];
+    const auto record = [&](const RowMatrix& answers, const MeasurementFaults& faults) {
+      return recorded(trial, k, path, data_->session->scene, answers, faults);
+    };
+    const MeasurementFaults faults = faults_of(unknowns);
+    const RowMatrix correction = loads_[k] * data_->discretisation.row(k);
+    const RowMatrix corrected = answer.values + unknowns.back().value * correction;
+    const RowMatrix predicted = record(corrected, faults);
+    out.trial = k;
+    out.residual = trial.seen - predicted;
+    out.load.resize(trial.frame_count());
+    for (int f = 0; f < trial.frame_count(); ++f)
+      out.load[f] = path.peak_load() > 0.0 ? path.load(trial.time[f]) / path.peak_load() : 0.0;
+    out.derivatives.clear();
+    if (!differentiate) return;
+    const RowMatrix nothing = record(RowMatrix::Zero(answer.values.rows(), answer.values.cols()), faults);
+    std::size_t body = 0;
+    for (const Unknown& unknown : unknowns) {
+      if (unknown.source == Unknown::Source::body) {
+        out.derivatives.push_back(unknown.slope() * (record(answer.by_parameter[body++], faults) - nothing));
+      } else if (unknown.source == Unknown::Source::discretisation) {
+        out.derivatives.push_back(record(correction, faults) - nothing);
+      } else {
+        MeasurementFaults shifted = faults;
+        // Of a latency half a millisecond to both sides: answers are interpolated linearly.
+        const double step = unknown.fault == 0 ? 5e-4 : 1e-5;
+        fault_number(shifted, unknown.fault) += step;
+        const RowMatrix after = record(corrected, shifted);
+        fault_number(shifted, unknown.fault) -= 2.0 * step;
+        out.derivatives.push_back((after - record(corrected, shifted)) / (2.0 * step));
+      }
+    }
+  }
+
+  const FitData* data_;
+  const Hypothesis* hypothesis_;
+  PathSolver solver_;
+  std::vector<Eigen::VectorXd> loads_;  // (trials) (keys) share of the peak load
+};
+
+double penalty_of(const std::vector<Unknown>& unknowns) {
+  double sum = 0.0;
+  for (const Unknown& u : unknowns) sum += std::pow((u.fitted() - u.prior) / u.prior_sd, 2);
+  return sum;
+}
+
+std::vector<const TrialResidual*> pointers_to(const std::vector<TrialResidual>& residuals, int but = -1) {
+  std::vector<const TrialResidual*> out;
+  for (const TrialResidual& residual : residuals)
+    if (residual.trial != but) out.push_back(&residual);
+  return out;
+}
+
+Eigen::MatrixXd with_prior(const Eigen::MatrixXd& normal, const std::vector<Unknown>& unknowns) {
+  Eigen::MatrixXd sum = normal;
+  for (std::size_t j = 0; j < unknowns.size(); ++j) {
+    const auto at = static_cast<Eigen::Index>(j);
+    sum(at, at) += 1.0 / (unknowns[j].prior_sd * unknowns[j].prior_sd);
+  }
+  return sum;
+}
+
+Eigen::VectorXd pull_of_prior(const std::vector<Unknown>& unknowns) {
+  Eigen::VectorXd pull(static_cast<Eigen::Index>(unknowns.size()));
+  for (std::size_t j = 0; j < unknowns.size(); ++j)
+    pull[static_cast<Eigen::Index>(j)] =
+        (unknowns[j].prior - unknowns[j].fitted()) / (unknowns[j].prior_sd * unknowns[j].prior_sd);
+  return pull;
+}
+
+// Each trial as the others, and the priors, predict it: one linear step from the fit of all.
+double left_out(const FitData& data, const Fit& fit) {
+  if (fit.residuals.size() < 2) return fit.chi_square;
+  double sum = 0.0;
+  for (const TrialResidual& trial : fit.residuals) {
+    const auto others = pointers_to(fit.residuals, trial.trial);
+    const NormalEquations rest = normal_equations(data.errors, others);
+    const Eigen::VectorXd step =
+        with_prior(rest.normal, fit.unknowns).llt().solve(rest.gradient + pull_of_prior(fit.unknowns));
+    const TrialResidual* only = &trial;
+    const NormalEquations own = normal_equations(data.errors, {&only, 1});
+    sum += own.chi_square - 2.0 * step.dot(own.gradient) + step.dot(own.normal * step);
+  }
+  return sum;
+}
+
+void conclude(const FitData& data, const NormalEquations& equations, Fit& fit) {
+  fit.solved = true;
+  fit.chi_square = equations.chi_square;
+  fit.count = equations.count;
+  fit.penalty = penalty_of(fit.unknowns);
+  fit.chi_square_of_channel = equations.chi_square_of_channel;
+  const Eigen::MatrixXd precision = with_prior(equations.normal, fit.unknowns);
+  const Eigen::LLT<Eigen::MatrixXd> factor(precision);
+  fit.covariance = factor.solve(Eigen::MatrixXd::Identity(precision.rows(), precision.cols()));
+  double log_determinant = 0.0;
+  for (Eigen::Index j = 0; j < precision.rows(); ++j)
+    log_determinant += 2.0 * std::log(factor.matrixLLT()(j, j) * fit.unknowns[j].prior_sd);
+  fit.log_evidence = -0.5 * (fit.chi_square + fit.penalty + log_determinant);
+  fit.left_out_chi_square = left_out(data, fit);
+}
+
+void begin_at(const std::vector<std::pair<std::string, double>>& start, std::vector<Unknown>& unknowns) {
+  for (const auto& [name, value] : start)
+    for (Unknown& unknown : unknowns)
+      if (unknown.name == name) unknown.value = std::clamp(value, unknown.lowest, unknown.highest);
+}
+
+const Unknown& find(const Fit& fit, const std::string& name, std::size_t* index = nullptr) {
+  for (std::size_t j = 0; j < fit.unknowns.size(); ++j) {
+    if (fit.unknowns[j].name != name) continue;
+    if (index != nullptr) *index = j;
+    return fit.unknowns[j];
+  }
+  throw std::out_of_range(name);
+}
+
+}  // namespace
+
+double Unknown::fitted() const { return logarithmic ? std::log(value) : value; }
+
+void Unknown::set_fitted(double fitted) {
+  value = std::clamp(logarithmic ? std::exp(fitted) : fitted, lowest, highest);
+}
+
+double Fit::value(const std::string& name) const { return find(*this, name).value; }
+
+bool Fit::has(const std::string& name) const {
+  return std::any_of(unknowns.begin(), unknowns.end(), [&](const Unknown& u) { return u.name == name; });
+}
+
+double Fit::sd(const std::string& name) const {
+  std::size_t j = 0;
+  const Unknown& unknown = find(*this, name, &j);
+  const auto at = static_cast<Eigen::Index>(j);
+  return unknown.slope() * std::sqrt(covariance(at, at));
+}
+
+Fit assess(const FitData& data, const Hypothesis& hypothesis,
+           const std::vector<std::pair<std::string, double>>& values) {
+  Fit fit;
+  fit.hypothesis = hypothesis;
+  fit.unknowns = unknowns_of(hypothesis, data.session->scene);
+  begin_at(values, fit.unknowns);
+  Evaluator evaluator(data, fit.hypothesis);
+  if (!evaluator.run(fit.unknowns, true, fit)) return fit;
+  conclude(data, normal_equations(data.errors, pointers_to(fit.residuals)), fit);
+  return fit;
+}
+
+Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
+        int most_evaluations) {
+  Fit best;
+  best.hypothesis = hypothesis;
+  best.unknowns = unknowns_of(hypothesis, data.session->scene);
+  begin_at(start, best.unknowns);
+  Evaluator evaluator(data, best.hypothesis);
+  if (!evaluator.run(best.unknowns, true, best)) return best;
+  NormalEquations equations = normal_equations(data.errors, pointers_to(best.residuals));
+  double damping = 1e-3;
+  while (best.evaluations < most_evaluations) {
+    const Eigen::MatrixXd precision = with_prior(equations.normal, best.unknowns);
+    const Eigen::VectorXd pull = equations.gradient + pull_of_prior(best.unknowns);
+    // Unknowns at a bound that the step would leave stay there.
+    Eigen::MatrixXd damped = precision;
+    damped.diagonal() *= 1.0 + damping;
+    Eigen::VectorXd right = pull;
+    for (std::size_t j = 0; j < best.unknowns.size(); ++j) {
+      const Unknown& u = best.unknowns[j];
+      const auto at = static_cast<Eigen::Index>(j);
+      if (!((u.value <= u.lowest && pull[at] < 0.0) || (u.value >= u.highest && pull[at] > 0.0))) continue;
+      damped.row(at).setZero();
+      damped.col(at).setZero();
+      damped(at, at) = 1.0;
+      right[at] = 0.0;
+    }
+    const Eigen::VectorXd step = damped.llt().solve(right);
+    if (right.dot(step) < kWorthwhile) break;
+    Fit trial = best;
+    for (std::size_t j = 0; j < trial.unknowns.size(); ++j)
+      trial.unknowns[j].set_fitted(trial.unknowns[j].fitted() + step[static_cast<Eigen::Index>(j)]);
+    if (!evaluator.run(trial.unknowns, true, trial)) {
+      if (data.stop != nullptr && data.stop->load(std::memory_order_relaxed)) break;
+      best.evaluations = trial.evaluations;
+      damping = std::max(10.0 * damping, 0.1);
+      if (damping > 1e4) break;
+      continue;
+    }
+    NormalEquations after = normal_equations(data.errors, pointers_to(trial.residuals));
+    const double gain =
+        equations.chi_square + penalty_of(best.unknowns) - after.chi_square - penalty_of(trial.unknowns);
+    if (gain <= 0.0) {
+      best.evaluations = trial.evaluations;
+      damping = std::max(10.0 * damping, 0.1);
+      if (damping > 1e4) break;
+      continue;
+    }
+    best = std::move(trial);
+    equations = std::move(after);
+    damping = std::max(0.1 * damping, 1e-6);
+  }
+  conclude(data, equations, best);
+  return best;
+}
+
+}  // namespace tissued::core

@@ -1,0 +1,79 @@
+// Fits an explanation (a set of effects, numbers of the assumed physics, faults of the measurement) to trials:
+// Levenberg-Marquardt on the posterior, with exact derivatives of the finite element body.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/diagnosis/likelihood.hpp"
+#include "core/diagnosis/path_solver.hpp"
+#include "core/diagnosis/recorder.hpp"
+
+namespace tissued::core {
+
+// What is supposed to be the case beside the assumed physics.
+struct Hypothesis {
+  std::vector<const Effect*> effects;
+  bool numbers = true;  // stiffness and compressibility may differ from the assumed
+  bool latency = false, registration = false;
+  std::vector<SlippedMarker> slips;
+};
+
+struct Unknown {
+  enum class Source { body, fault, discretisation };
+  std::string name;  // kind.parameter, e.g. viscoelasticity.g1, latency.seconds
+  std::string unit;
+  Source source = Source::body;
+  int fault = 0;       // of source fault: index for fault_number
+  double value = 0.0;  // as FemModel knows it
+  double lowest = 0.0, highest = 0.0;
+  bool logarithmic = false;
+  double prior = 0.0, prior_sd = 1.0;  // in the fitted scale: the logarithm where logarithmic
+
+  double fitted() const;
+  void set_fitted(double fitted);
+  double slope() const { return logarithmic ? value : 1.0; }  // d value / d fitted
+};
+
+// What every fit of a session shares. Outlives the fits; read by several threads.
+struct FitData {
+  const RecordedSession* session = nullptr;
+  std::vector<LoadPath> paths;  // (trials)
+  ErrorModel errors;
+  RowMatrix discretisation;  // (trials x channels): finer elements' answer less the fits' own, at peak load
+  FemElement element = FemElement::p2;
+  const std::atomic<bool>* stop = nullptr;
+};
+
+struct Fit {
+  Hypothesis hypothesis;
+  std::vector<Unknown> unknowns;
+  bool solved = false;               // the body had equilibria all the way
+  std::string trouble;               // why not
+  double chi_square = 0.0;           // whitened residuals
+  int count = 0;                     // how many
+  double penalty = 0.0;              // of the priors, likewise squared
+  double log_evidence = 0.0;         // Laplace; of the recordings given the hypothesis, up to a constant of the session
+  double left_out_chi_square = 0.0;  // of each trial as the others predict it (one linear step from this fit)
+  Eigen::MatrixXd covariance;        // (unknowns) in the fitted scale
+  int evaluations = 0;
+  std::vector<PathAnswer> answers;       // (trials) without derivatives
+  std::vector<TrialResidual> residuals;  // (trials) with derivatives
+  Eigen::VectorXd chi_square_of_channel;
+
+  double value(const std::string& name) const;  // throws std::out_of_range
+  bool has(const std::string& name) const;
+  double sd(const std::string& name) const;  // of the value
+};
+
+// start: unknowns of these names begin at these values (a scan's, or another fit's), beside the neutral ones.
+Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
+        int most_evaluations);
+
+// The unknowns at their neutral values, without a fit: what the assumed physics predicts.
+Fit assess(const FitData& data, const Hypothesis& hypothesis,
+           const std::vector<std::pair<std::string, double>>& values = {});
+
+}  // namespace tissued::core

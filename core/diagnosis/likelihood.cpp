@@ -1,0 +1,97 @@
+#include "core/diagnosis/likelihood.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace tissued::core {
+
+namespace {
+
+// The frames of one channel in which something was seen, over all trials.
+struct ChannelRows {
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd derivatives, basis;  // (rows x parameters), (rows x 1 + trials)
+};
+
+ChannelRows rows_of(int channel, std::span<const TrialResidual* const> trials, Eigen::Index parameters) {
+  Eigen::Index count = 0;
+  for (const TrialResidual* trial : trials)
+    for (Eigen::Index f = 0; f < trial->residual.rows(); ++f) count += std::isfinite(trial->residual(f, channel));
+  ChannelRows rows{Eigen::VectorXd(count), Eigen::MatrixXd(count, parameters),
+                   Eigen::MatrixXd::Zero(count, 1 + static_cast<Eigen::Index>(trials.size()))};
+  Eigen::Index row = 0;
+  for (std::size_t k = 0; k < trials.size(); ++k) {
+    const TrialResidual& trial = *trials[k];
+    for (Eigen::Index f = 0; f < trial.residual.rows(); ++f) {
+      if (!std::isfinite(trial.residual(f, channel))) continue;
+      rows.residual[row] = trial.residual(f, channel);
+      for (Eigen::Index j = 0; j < parameters; ++j)
+        rows.derivatives(row, j) = trial.derivatives[static_cast<std::size_t>(j)](f, channel);
+      rows.basis(row, 0) = 1.0;
+      rows.basis(row, 1 + static_cast<Eigen::Index>(k)) = trial.load[f];
+      ++row;
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+NormalEquations normal_equations(const ErrorModel& errors, std::span<const TrialResidual* const> trials) {
+  NormalEquations sum;
+  if (trials.empty()) return sum;
+  const auto parameters = static_cast<Eigen::Index>(trials.front()->derivatives.size());
+  const Eigen::Index channels = errors.noise.size();
+  sum.gradient.setZero(parameters);
+  sum.normal.setZero(parameters, parameters);
+  sum.chi_square_of_channel.setZero(channels);
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const ChannelRows rows = rows_of(static_cast<int>(c), trials, parameters);
+    if (rows.residual.size() == 0) continue;
+    const double weight = 1.0 / (errors.noise[c] * errors.noise[c]);
+    Eigen::VectorXd spread(rows.basis.cols());
+    spread[0] = errors.offset[c];
+    for (std::size_t k = 0; k < trials.size(); ++k)
+      spread[1 + static_cast<Eigen::Index>(k)] = errors.discretisation(trials[k]->trial, c);
+    // (I / weight + B B^T)^-1 = weight I - weight^2 B (I + weight B^T B)^-1 B^T, B scaled by its spread.
+    const Eigen::MatrixXd basis = rows.basis * spread.asDiagonal();
+    Eigen::MatrixXd inner = weight * basis.transpose() * basis;
+    inner.diagonal().array() += 1.0;
+    const Eigen::LLT<Eigen::MatrixXd> factor(inner);
+    const Eigen::VectorXd basis_residual = factor.matrixL().solve(basis.transpose() * rows.residual);
+    const Eigen::MatrixXd basis_derivatives = factor.matrixL().solve(basis.transpose() * rows.derivatives);
+    const double square = weight * rows.residual.squaredNorm() - weight * weight * basis_residual.squaredNorm();
+    sum.chi_square += square;
+    sum.chi_square_of_channel[c] = square;
+    sum.count += static_cast<int>(rows.residual.size());
+    sum.gradient += weight * rows.derivatives.transpose() * rows.residual -
+                    weight * weight * basis_derivatives.transpose() * basis_residual;
+    sum.normal += weight * rows.derivatives.transpose() * rows.derivatives -
+                  weight * weight * basis_derivatives.transpose() * basis_derivatives;
+  }
+  return sum;
+}
+
+Eigen::VectorXd noise_seen(std::span<const RecordedTrial> trials, const Eigen::VectorXd& stated) {
+  constexpr std::size_t kFewest = 60;
+  constexpr double kMedianToDeviation = 1.4826;
+  Eigen::VectorXd noise = stated;
+  for (Eigen::Index c = 0; c < stated.size(); ++c) {
+    std::vector<double> second;
+    for (const RecordedTrial& trial : trials) {
+      for (Eigen::Index f = 1; f + 1 < trial.seen.rows(); ++f) {
+        const double value = trial.seen(f - 1, c) - 2.0 * trial.seen(f, c) + trial.seen(f + 1, c);
+        if (std::isfinite(value)) second.push_back(std::abs(value));
+      }
+    }
+    if (second.size() < kFewest) continue;
+    const auto middle = second.begin() + static_cast<std::ptrdiff_t>(second.size() / 2);
+    std::nth_element(second.begin(), middle, second.end());
+    // A second difference of white noise has 1 + 4 + 1 times its variance. Less than half of what is stated is rather
+    // a smoothed stream than a better device.
+    noise[c] = std::max(0.5 * stated[c], kMedianToDeviation * *middle / std::sqrt(6.0));
+  }
+  return noise;
+}
+
+}  // namespace tissued::core

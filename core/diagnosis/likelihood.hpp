@@ -1,0 +1,44 @@
+// How well a prediction fits, with all that is known to be wrong of both: noise, where markers sit, and what the
+// discretisation leaves. Per channel, over the frames t of all trials k together,
+//   residual ~ N(0, noise^2 I + offset^2 1 1^T + sum_k discretisation_k^2 f_k f_k^T),  f_k(t) = load(t) / peak load.
+// Each channel's covariance is inverted by the Woodbury identity.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/diagnosis/session.hpp"
+
+namespace tissued::core {
+
+struct ErrorModel {
+  Eigen::VectorXd noise;     // (channels) mm or N
+  Eigen::VectorXd offset;    // (channels) standard deviation of a constant over all trials
+  RowMatrix discretisation;  // (trials x channels), standard deviation at the trial's peak load
+};
+
+// One trial's prediction against what was seen.
+struct TrialResidual {
+  int trial = 0;                       // row of ErrorModel::discretisation
+  RowMatrix residual;                  // (frames x channels) seen - predicted; NaN where nothing was seen
+  std::vector<RowMatrix> derivatives;  // (parameters) of the prediction
+  Eigen::VectorXd load;                // (frames) share of the peak load
+};
+
+// Least squares in whitened residuals: chi_square, and by the parameters gradient J^T C^-1 r and normal J^T C^-1 J.
+struct NormalEquations {
+  double chi_square = 0.0;
+  int count = 0;  // residuals
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd chi_square_of_channel;
+};
+
+NormalEquations normal_equations(const ErrorModel& errors, std::span<const TrialResidual* const> trials);
+
+// Standard deviation of the frame-to-frame noise of every channel, from second differences where the pads rest or move
+// evenly; `stated` where too little was seen.
+Eigen::VectorXd noise_seen(std::span<const RecordedTrial> trials, const Eigen::VectorXd& stated);
+
+}  // namespace tissued::core

@@ -1,0 +1,146 @@
+#include "core/diagnosis/load_path.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace tissued::core {
+
+namespace {
+
+constexpr double kStillSpeed = 0.2;      // mm/s; slower is a hold
+constexpr double kFirstRestTime = 0.06;  // s after a pad stopped: the next key; each further one twice as far
+constexpr double kTimeWeight = 0.5;      // mm/s: in a hold answers are interpolated in time, in motion along the way
+constexpr double kSamePose = 1e-6;       // mm
+
+double distance(const PadInput& a, const PadInput& b) {
+  if (a.kind != b.kind) return 1e9;
+  return (a.center - b.center).norm() + 10.0 * (a.rotation - b.rotation).norm();
+}
+
+double largest_distance(const std::vector<PadInput>& a, const std::vector<PadInput>& b) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, distance(a[i], b[i]));
+  return largest;
+}
+
+double load_of(const std::vector<PadInput>& pads, const Scene& scene) {
+  double load = 0.0;
+  for (std::size_t i = 0; i < pads.size(); ++i)
+    if (pads[i].kind == PadInput::Kind::pose) load = std::max(load, (pads[i].center - scene.pads[i].center).norm());
+  return load;
+}
+
+PadInput between(const PadInput& a, const PadInput& b, double share) {
+  if (a.kind != b.kind || share <= 0.0) return a;
+  if (share >= 1.0) return b;
+  PadInput pad = a;
+  pad.center = (1.0 - share) * a.center + share * b.center;
+  pad.rotation = Eigen::Quaterniond(a.rotation).slerp(share, Eigen::Quaterniond(b.rotation)).toRotationMatrix();
+  pad.force = (1.0 - share) * a.force + share * b.force;
+  return pad;
+}
+
+}  // namespace
+
+LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel) : scene_(&scene) {
+  double coordinate = 0.0;
+  for (int f = 0; f < trial.frame_count(); ++f) {
+    if (f > 0)
+      coordinate += std::min(1e3, largest_distance(trial.pads[f - 1], trial.pads[f])) +
+                    kTimeWeight * (trial.time[f] - trial.time[f - 1]);
+    frames_.push_back({trial.time[f], load_of(trial.pads[f], scene), coordinate});
+    peak_load_ = std::max(peak_load_, frames_.back().load);
+  }
+  add_key(trial, trial.time.front());
+  double rest_begin = trial.time.front(), next_rest = kFirstRestTime;
+  bool was_still = false;
+  for (int f = 1; f < trial.frame_count(); ++f) {
+    const double step = trial.time[f] - trial.time[f - 1];
+    const double moved = largest_distance(trial.pads[f - 1], trial.pads[f]);
+    const bool still = moved < kStillSpeed * step;
+    if (still != was_still || moved > 1e8) {
+      add_key(trial, trial.time[f - 1]);
+      rest_begin = trial.time[f - 1];
+      next_rest = kFirstRestTime;
+    }
+    was_still = still;
+    if (still) {
+      if (trial.time[f] - rest_begin < next_rest) continue;
+      add_key(trial, trial.time[f]);
+      next_rest *= 2.0;
+      continue;
+    }
+    // Levels of the load that were crossed: the same ones there and back.
+    const double from = frames_[f - 1].load, to = frames_[f].load;
+    std::vector<double> crossings;
+    for (double level = travel * std::ceil(std::min(from, to) / travel); level < std::max(from, to); level += travel)
+      if (level > std::min(from, to)) crossings.push_back((level - from) / (to - from));
+    std::sort(crossings.begin(), crossings.end());
+    for (double share : crossings) add_key(trial, trial.time[f - 1] + share * step);
+  }
+  add_key(trial, trial.time.back());
+  number_poses();
+}
+
+void LoadPath::add_key(const RecordedTrial& trial, double time) {
+  constexpr double kLeastStep = 1e-4;  // s
+  if (!keys_.empty() && time < keys_.back().time + kLeastStep) return;
+  const auto after = std::upper_bound(trial.time.begin(), trial.time.end(), time);
+  const std::size_t next = std::min<std::size_t>(after - trial.time.begin(), trial.time.size() - 1);
+  const std::size_t last = next > 0 ? next - 1 : 0;
+  const double span = trial.time[next] - trial.time[last];
+  const double share = span > 0.0 ? std::min(1.0, (time - trial.time[last]) / span) : 0.0;
+  LoadKey key;
+  key.time = time;
+  for (std::size_t p = 0; p < trial.pads[last].size(); ++p)
+    key.pads.push_back(between(trial.pads[last][p], trial.pads[next][p], share));
+  key.load = load_of(key.pads, *scene_);
+  keys_.push_back(std::move(key));
+  key_coordinates_.push_back(coordinate(time));
+}
+
+void LoadPath::number_poses() {
+  std::vector<const LoadKey*> poses;
+  std::vector<PadInput> rest = keys_.front().pads;
+  for (std::size_t p = 0; p < rest.size(); ++p) {
+    rest[p].center = scene_->pads[p].center;
+    rest[p].rotation.setIdentity();
+  }
+  LoadKey at_rest;
+  at_rest.pads = rest;
+  poses.push_back(&at_rest);
+  for (LoadKey& key : keys_) {
+    const auto same = std::find_if(poses.begin(), poses.end(), [&](const LoadKey* pose) {
+      return largest_distance(pose->pads, key.pads) < kSamePose;
+    });
+    key.pose = static_cast<int>(same - poses.begin());
+    if (same == poses.end()) poses.push_back(&key);
+  }
+  pose_count_ = static_cast<int>(poses.size());
+}
+
+double LoadPath::coordinate(double time) const {
+  if (time <= frames_.front().time) return frames_.front().coordinate;
+  const auto next = std::lower_bound(frames_.begin(), frames_.end(), time,
+                                     [](const Frame& frame, double t) { return frame.time < t; });
+  if (next == frames_.end()) return frames_.back().coordinate;
+  const Frame& last = *(next - 1);
+  return last.coordinate + (next->coordinate - last.coordinate) * (time - last.time) / (next->time - last.time);
+}
+
+PathPlace LoadPath::place(double time) const {
+  const double at = coordinate(time);
+  const auto next = std::upper_bound(key_coordinates_.begin(), key_coordinates_.end(), at);
+  if (next == key_coordinates_.begin()) return {0, 0.0};
+  if (next == key_coordinates_.end()) return {static_cast<int>(keys_.size()) - 1, 0.0};
+  const double begin = *(next - 1);
+  return {static_cast<int>(next - key_coordinates_.begin()) - 1, (at - begin) / (*next - begin)};
+}
+
+double LoadPath::load(double time) const {
+  const PathPlace at = place(time);
+  const double last = keys_[at.key].load;
+  return at.share > 0.0 ? last + at.share * (keys_[at.key + 1].load - last) : last;
+}
+
+}  // namespace tissued::core

@@ -1,0 +1,57 @@
+#include "core/diagnosis/recorder.hpp"
+
+#include <Eigen/Geometry>
+
+namespace tissued::core {
+
+namespace {
+
+Mat3 rotation_matrix(const Vec3& rotation) {
+  const double angle = rotation.norm();
+  return angle > 0.0 ? Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix() : Mat3(Mat3::Identity());
+}
+
+}  // namespace
+
+double& fault_number(MeasurementFaults& faults, int index) {
+  if (index == 0) return faults.latency;
+  if (index < 4) return faults.rotation[index - 1];
+  if (index < 7) return faults.shift[index - 4];
+  return faults.slips[static_cast<std::size_t>((index - 7) / 3)].shift[(index - 7) % 3];
+}
+
+RowMatrix recorded(const RecordedTrial& trial, int trial_index, const LoadPath& path, const Scene& scene,
+                   const RowMatrix& answers, const MeasurementFaults& faults) {
+  const Channels channels = channels_of(scene);
+  const int seen = 3 * (channels.markers + channels.targets);
+  RowMatrix out(trial.frame_count(), channels.count());
+  const auto at = [&answers](const PathPlace& place, Eigen::Index begin, Eigen::Index count) -> Eigen::RowVectorXd {
+    if (place.share == 0.0) return answers.row(place.key).segment(begin, count);
+    return (1.0 - place.share) * answers.row(place.key).segment(begin, count) +
+           place.share * answers.row(place.key + 1).segment(begin, count);
+  };
+  for (int f = 0; f < trial.frame_count(); ++f) {
+    out.row(f).head(seen) = at(path.place(trial.time[f] - faults.latency), 0, seen);
+    out.row(f).tail(channels.count() - seen) = at(path.place(trial.time[f]), seen, channels.count() - seen);
+  }
+  if (!faults.rotation.isZero() || !faults.shift.isZero()) {
+    const Mat3 rotation = rotation_matrix(faults.rotation);
+    for (int i = 0; i < channels.markers + channels.targets; ++i) {
+      const Vec3 rest = i < channels.markers ? scene.markers[i].rest : scene.targets[i - channels.markers].rest;
+      const Vec3 constant = rotation * rest - rest + faults.shift;
+      for (int f = 0; f < trial.frame_count(); ++f) {
+        auto moved = out.row(f).segment<3>(3 * i);
+        moved = (rotation * Vec3(moved.transpose()) + constant).transpose().eval();
+      }
+    }
+  }
+  for (const SlippedMarker& slip : faults.slips) {
+    if (slip.trial > trial_index) continue;
+    for (int f = 0; f < trial.frame_count(); ++f)
+      if (slip.trial < trial_index || trial.time[f] >= slip.time)
+        out.row(f).segment<3>(channels.of_marker(slip.marker)) += slip.shift.transpose();
+  }
+  return out;
+}
+
+}  // namespace tissued::core
