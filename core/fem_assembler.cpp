@@ -47,7 +47,7 @@ FemAssembler::FemAssembler(const FemPattern& pattern, const std::vector<std::uni
 
 TermInput FemAssembler::input_of(std::size_t term, const Eigen::VectorXd& x, double time_step,
                                  const FemHistory& history) const {
-  return {x.data(), time_step, history[term].data()};
+  return {x.data(), time_step, history[term].data(), pads_};
 }
 
 // A second thread costs some 50 us to wake; so many numbers are computed in a millisecond.

@@ -35,6 +35,9 @@ class FemAssembler {
   // (nodes x 3) mN of an entity in the last evaluate.
   std::span<const double> residual_of(const Entity& entity) const;
 
+  // What the pads do, for terms that ask; none to begin with.
+  void set_pads(std::span<const PadInput> pads) { pads_.assign(pads.begin(), pads.end()); }
+  std::span<const PadInput> pads() const { return pads_; }
   int threads() const { return threads_; }
 
  private:
@@ -60,6 +63,7 @@ class FemAssembler {
   const FemPattern* pattern_;
   const std::vector<std::unique_ptr<FemTerm>>* terms_;
   int threads_;
+  std::vector<PadInput> pads_;
   std::vector<Slot> slots_;
   std::vector<Range> ranges_;
   std::vector<double> energy_, residual_, tangent_;

@@ -9,16 +9,25 @@ FemDynamics::FemDynamics(FemEquilibrium& equilibrium, const TimeScheme& scheme, 
   if (!(scheme.spectral_radius >= 0.0 && scheme.spectral_radius <= 1.0))
     throw ModelError("the spectral radius of generalized-alpha must be within 0 and 1");
   if (!(damping.mass >= 0.0 && damping.stiffness >= 0.0)) throw ModelError("Rayleigh damping must not be negative");
-  const FemModel& model = equilibrium.model();
+  refresh();
+}
+
+// Mass and damping of the model's present numbers.
+void FemDynamics::refresh() {
+  const FemModel& model = equilibrium_->model();
   const Eigen::VectorXd rest = model.rest();
   Eigen::VectorXd residual;
   FemHistory none(model.masses().size());
-  FemAssembler(model.pattern(), model.masses(), equilibrium.assembler().threads())
+  FemAssembler(model.pattern(), model.masses(), equilibrium_->assembler().threads())
       .evaluate(rest, 0.0, none, residual, &mass_);
-  equilibrium.terms(rest, 0.0, rest_state(model).history, residual, &damping_);
+  equilibrium_->set_pads({});
+  equilibrium_->terms(rest, 0.0, rest_state(model).history, residual, &damping_);
+  const RayleighDamping own = model.damping();
   for (std::size_t k = 0; k < damping_.size(); ++k)
-    damping_[k] = rates_.mass * mass_[k] + rates_.stiffness * damping_[k];
+    damping_[k] = (rates_.mass + own.mass) * mass_[k] + (rates_.stiffness + own.stiffness) * damping_[k];
   matrix_.resize(mass_.size());
+  revision_ = model.revision();
+  dt_ = 0.0;
 }
 
 FemDynamics::Coefficients FemDynamics::coefficients(double dt) const {
@@ -42,6 +51,7 @@ Eigen::VectorXd FemDynamics::damping_times(const Eigen::VectorXd& field) const {
 }
 
 void FemDynamics::prepare(double dt) {
+  if (revision_ != equilibrium_->model().revision()) refresh();
   if (dt == dt_) return;
   dt_ = dt;
   const Coefficients c = coefficients(dt);
@@ -52,7 +62,9 @@ void FemDynamics::prepare(double dt) {
 
 void FemDynamics::start(FemState& state, const FemLoads& loads) {
   const FemModel& model = equilibrium_->model();
+  if (revision_ != model.revision()) refresh();
   state.hold = hold_of(model, loads.pads);
+  equilibrium_->set_pads(state.hold.pads);
   equilibrium_->terms(state.x, 0.0, state.history, state.force);
   state.force -= external_forces(model, loads);
   equilibrium_->forget_factor();
@@ -97,6 +109,7 @@ FemReport FemDynamics::step(FemState& state, const FemLoads& loads, double dt, c
   equilibrium_->terms(state.x, dt, state.history, state.force);
   state.force -= external;
   state.reaction = mass_times(state.acceleration) + damping_times(state.velocity) + state.force;
+  state.pressed = equilibrium_->pressed(state.x, dt, state.history);
   equilibrium_->accept(state.x, dt, state.history);
   return report;
 }

@@ -12,7 +12,8 @@ namespace tissued::core {
 
 class FemDynamics {
  public:
-  // Keeps a reference. Throws ModelError where a number is out of its range.
+  // Keeps a reference. `damping` is added to what the model has of itself. Throws ModelError where a number is out of
+  // its range.
   FemDynamics(FemEquilibrium& equilibrium, const TimeScheme& scheme, const RayleighDamping& damping);
 
   // Accelerations at free nodes that balance the state's forces and velocities under these loads: for a state that was
@@ -31,6 +32,7 @@ class FemDynamics {
     double acceleration, velocity;   // by x': 1/s2, 1/s
   };
   Coefficients coefficients(double dt) const;
+  void refresh();
   void prepare(double dt);
   Eigen::VectorXd mass_times(const Eigen::VectorXd& field) const;
   Eigen::VectorXd damping_times(const Eigen::VectorXd& field) const;
@@ -40,6 +42,7 @@ class FemDynamics {
   RayleighDamping rates_;
   std::vector<double> mass_, damping_, matrix_;  // of the pattern; matrix: what multiplies x', for dt_
   double dt_ = 0.0;
+  std::uint64_t revision_ = 0;  // of the model, when mass and damping were summed
 };
 
 }  // namespace tissued::core

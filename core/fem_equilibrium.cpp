@@ -56,7 +56,22 @@ FemEquilibrium::FemEquilibrium(const FemModel& model, int threads)
 
 void FemEquilibrium::accept(const Eigen::VectorXd& x, double time_step, FemHistory& history) const {
   for (std::size_t t = 0; t < history.size(); ++t)
-    model_->terms()[t]->accept({x.data(), time_step, history[t].data()}, history[t].data());
+    model_->terms()[t]->accept({x.data(), time_step, history[t].data(), assembler_.pads()}, history[t].data());
+}
+
+std::vector<Vec3> FemEquilibrium::pressed(const Eigen::VectorXd& x, double time_step, const FemHistory& history) const {
+  std::vector<Vec3> forces(model_->scene().pads.size(), Vec3::Zero());
+  for (std::size_t t = 0; t < history.size(); ++t)
+    model_->terms()[t]->add_pad_forces({x.data(), time_step, history[t].data(), assembler_.pads()}, forces);
+  return forces;
+}
+
+Eigen::VectorXd FemEquilibrium::pressed_slope(int pad, const Vec3& axis, const Eigen::VectorXd& x, double time_step,
+                                              const FemHistory& history) const {
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(x.size());
+  for (std::size_t t = 0; t < history.size(); ++t)
+    model_->terms()[t]->add_pad_slope(pad, axis, {x.data(), time_step, history[t].data(), assembler_.pads()}, slope);
+  return slope;
 }
 
 // False where an element is inverted.
@@ -197,6 +212,7 @@ bool FemEquilibrium::attempt_load(const Attempt& attempt, const Eigen::VectorXd&
 
 FemReport FemEquilibrium::find(const FemBalance& balance, const FemHold& hold, const FemHistory& history,
                                const FemControl& control, Eigen::VectorXd& x) {
+  set_pads(hold.pads);
   FemReport report;
   Attempt attempt{balance, hold, history, control, balance.offset};
   Eigen::VectorXd start_residual, way = Eigen::VectorXd::Zero(x.size());

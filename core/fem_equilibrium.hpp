@@ -29,6 +29,7 @@ struct FemHold {
   std::vector<std::uint8_t> held;  // (n), the fixed nodes included
   Eigen::VectorXd position;        // (3n) mm, read at held nodes
   std::vector<int> pad;            // (n) that holds the node; -1: none
+  std::vector<PadInput> pads;      // for terms that press pads on
 };
 
 enum class FemTrouble { none, inverted, stalled, indefinite };
@@ -59,11 +60,17 @@ class FemEquilibrium {
   FemReport find(const FemBalance& balance, const FemHold& hold, const FemHistory& history, const FemControl& control,
                  Eigen::VectorXd& x);
 
-  // The terms' forces at x, (3n) mN, and their tangent where asked.
+  // The terms' forces at x, (3n) mN, and their tangent where asked; with the pads of the last `find` or `set_pads`.
   double terms(const Eigen::VectorXd& x, double time_step, const FemHistory& history, Eigen::VectorXd& residual,
                std::vector<double>* values = nullptr) {
     return assembler_.evaluate(x, time_step, history, residual, values);
   }
+  void set_pads(std::span<const PadInput> pads) { assembler_.set_pads(pads); }
+  // (pads of the scene) N: of terms that press pads on. Zero where the pads hold their nodes.
+  std::vector<Vec3> pressed(const Eigen::VectorXd& x, double time_step, const FemHistory& history) const;
+  // (3n) N/mm: derivative of one of these forces along an axis by x.
+  Eigen::VectorXd pressed_slope(int pad, const Vec3& axis, const Eigen::VectorXd& x, double time_step,
+                                const FemHistory& history) const;
   // The state at x follows on `history` after time_step, which becomes its own.
   void accept(const Eigen::VectorXd& x, double time_step, FemHistory& history) const;
   // The next solve begins with a tangent of its own: the balance became another one.

@@ -21,6 +21,7 @@ class FemGravity final : public FemTerm {
   std::span<const FemParameter> parameters() const override;  // gravity_x, gravity_y, gravity_z, density
   double parameter(int index) const override;
   void set_parameter(int index, double value) override;
+  bool has_derivative(int) const override { return true; }
   void differentiate(int index, int begin, int end, const TermInput& input, double* residual) const override;
 
  private:

@@ -22,6 +22,7 @@ class FemInertia final : public FemTerm {
   std::span<const FemParameter> parameters() const override;  // density
   double parameter(int) const override { return density_; }
   void set_parameter(int, double value) override { density_ = value; }
+  bool has_derivative(int) const override { return true; }
   void differentiate(int index, int begin, int end, const TermInput& input, double* residual) const override;
 
  private:

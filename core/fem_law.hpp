@@ -26,19 +26,14 @@ struct PointBatch {
   const double* history = nullptr;  // (history_per_point x kPointLanes) of this law and batch
 };
 
-class FemLaw {
+class FemLaw : public FemAdjustable {
  public:
-  virtual ~FemLaw() = default;
-
   virtual std::string_view name() const = 0;
   // Adds its energy and stress, and its tangent where `tangent`. A point with det F <= 0 whose energy is not defined
   // gets infinite energy and no stress. Called from several threads at once.
   virtual void add(const PointBatch& batch, const PointDeformation& deformation, bool tangent,
                    PointResponse& response) const = 0;
 
-  virtual std::span<const FemParameter> parameters() const { return {}; }
-  virtual double parameter(int) const { return 0.0; }
-  virtual void set_parameter(int, double) {}
   // Overwrites `stress` (as in PointResponse) with its derivative by parameter `index`.
   virtual void differentiate(int, const PointBatch&, const PointDeformation&, double (*)[kPointLanes]) const {}
 
@@ -46,6 +41,13 @@ class FemLaw {
   virtual int history_per_point() const { return 0; }
   // Writes the history that follows on batch.history, (history_per_point x kPointLanes).
   virtual void accept(const PointBatch&, const PointDeformation&, double*) const {}
+};
+
+// What all moduli of a body are multiplied with, from place to place.
+class FemField : public FemAdjustable {
+ public:
+  // Above 0; rest: mm, tissue.
+  virtual double factor(const Vec3& rest) const = 0;
 };
 
 }  // namespace tissued::core

@@ -19,11 +19,11 @@ FemPhysics standard_physics(const Scene& scene, const FemMesh& mesh, MassMatrix 
   return physics;
 }
 
-// True where the term has the parameter.
-bool set_in(FemTerm& term, const std::string& name, double value) {
+// True where it has the parameter.
+bool set_in(FemAdjustable& owner, const std::string& name, double value) {
   bool found = false;
-  for (std::size_t k = 0; k < term.parameters().size(); ++k) {
-    const FemParameter& parameter = term.parameters()[k];
+  for (std::size_t k = 0; k < owner.parameters().size(); ++k) {
+    const FemParameter& parameter = owner.parameters()[k];
     if (parameter.name != name) continue;
     if (!(value >= parameter.lowest && value <= parameter.highest)) {
       char limits[120];
@@ -31,7 +31,7 @@ bool set_in(FemTerm& term, const std::string& name, double value) {
                     parameter.highest);
       throw ModelError(name + limits + parameter.unit);
     }
-    term.set_parameter(static_cast<int>(k), value);
+    owner.set_parameter(static_cast<int>(k), value);
     found = true;
   }
   return found;
@@ -46,12 +46,18 @@ FemModel::FemModel(const Scene& scene, const FemOptions& options)
   FemPhysics physics = standard_physics(scene_, mesh_, options.mass);
   for (const FemEffect& effect : options.effects) effect(scene_, mesh_, physics);
 
-  auto solid = std::make_unique<FemSolid>(mesh_, tet_quadrature(degree), std::move(physics.laws));
+  auto solid =
+      std::make_unique<FemSolid>(mesh_, tet_quadrature(degree), std::move(physics.laws), std::move(physics.fields));
   solid_ = solid.get();
   terms_.push_back(std::move(solid));
   for (auto& term : physics.terms) terms_.push_back(std::move(term));
   masses_ = std::move(physics.masses);
+  dampings_ = std::move(physics.dampings);
   other_names_ = std::move(physics.other_names);
+  pads_hold_ = physics.pads_hold;
+  for (const auto* group : {&terms_, &masses_})
+    for (const auto& term : *group) adjustables_.push_back(term.get());
+  for (const auto& damping : dampings_) adjustables_.push_back(damping.get());
   pattern_ = make_fem_pattern(mesh_.node_count(), terms_);
 
   fixed_.assign(static_cast<std::size_t>(mesh_.node_count()), 0);
@@ -72,17 +78,25 @@ const std::string& FemModel::own_name(const std::string& name) const {
 
 void FemModel::set_parameter(const std::string& name, double value) {
   bool found = false;
-  for (const auto* group : {&terms_, &masses_})
-    for (const auto& term : *group) found = set_in(*term, own_name(name), value) || found;
-  if (!found) throw ModelError("no term of the body has a parameter " + name);
+  for (FemAdjustable* owner : adjustables_) found = set_in(*owner, own_name(name), value) || found;
+  if (!found) throw ModelError("the body has no parameter " + name);
+  ++revision_;
 }
 
 double FemModel::parameter(const std::string& name) const {
-  for (const auto* group : {&terms_, &masses_})
-    for (const auto& term : *group)
-      for (std::size_t k = 0; k < term->parameters().size(); ++k)
-        if (term->parameters()[k].name == own_name(name)) return term->parameter(static_cast<int>(k));
-  throw ModelError("no term of the body has a parameter " + name);
+  for (const FemAdjustable* owner : adjustables_)
+    for (std::size_t k = 0; k < owner->parameters().size(); ++k)
+      if (owner->parameters()[k].name == own_name(name)) return owner->parameter(static_cast<int>(k));
+  throw ModelError("the body has no parameter " + name);
+}
+
+RayleighDamping FemModel::damping() const {
+  RayleighDamping sum;
+  for (const auto& damping : dampings_) {
+    sum.mass += damping->rates().mass;
+    sum.stiffness += damping->rates().stiffness;
+  }
+  return sum;
 }
 
 Eigen::VectorXd FemModel::rest() const {

@@ -12,17 +12,21 @@
 #include "core/fem_mesh.hpp"
 #include "core/fem_pattern.hpp"
 #include "core/fem_solid.hpp"
+#include "core/fem_time_scheme.hpp"
 #include "core/scene.hpp"
 
 namespace tissued::core {
 
 // What a body is made of before it is put together.
 struct FemPhysics {
-  std::vector<std::unique_ptr<FemLaw>> laws;       // summed at the quadrature points; neo-Hookean to begin with
-  std::vector<std::unique_ptr<FemTerm>> terms;     // of the energy, beside the solid; gravity to begin with
-  std::vector<std::unique_ptr<FemTerm>> masses;    // of the kinetic form (see FemInertia)
-  std::vector<int> fixed_nodes;                    // ascending; the nodes of the fixed surface to begin with
-  std::map<std::string, std::string> other_names;  // of parameters: name, and what the laws and terms call it
+  std::vector<std::unique_ptr<FemLaw>> laws;          // summed at the quadrature points; neo-Hookean to begin with
+  std::vector<std::unique_ptr<FemTerm>> terms;        // of the energy, beside the solid; gravity to begin with
+  std::vector<std::unique_ptr<FemTerm>> masses;       // of the kinetic form (see FemInertia)
+  std::vector<std::unique_ptr<FemField>> fields;      // of stiffness, multiplied; none to begin with
+  std::vector<std::unique_ptr<FemDamping>> dampings;  // added up; none to begin with
+  std::vector<int> fixed_nodes;                       // ascending; the nodes of the fixed surface to begin with
+  bool pads_hold = true;                              // pads hold their nodes; false: a term presses them on
+  std::map<std::string, std::string> other_names;     // of parameters: name, and what the laws and terms call it
 };
 
 // How a physical effect enters: it changes the physics of a body. Scene and mesh outlive the body.
@@ -53,14 +57,18 @@ class FemModel {
   FemSolid& solid() { return *solid_; }
   const FemSolid& solid() const { return *solid_; }
 
-  // Sets a parameter of that name in every term and mass that has it (density is one of gravity and of inertia). Throws
-  // ModelError where none has it or the value is out of its bounds.
+  // Sets a parameter of that name in everything that has it (density is one of gravity and of inertia). Throws
+  // ModelError where nothing has it or the value is out of its bounds.
   void set_parameter(const std::string& name, double value);
-  // Throws ModelError where no term or mass has it.
+  // Throws ModelError where nothing has it.
   double parameter(const std::string& name) const;
   // What terms call a parameter that FemPhysics::other_names may have given another name.
   const std::string& own_name(const std::string& name) const;
 
+  RayleighDamping damping() const;  // that the body has of itself
+  // Counts calls of set_parameter: whatever is kept of the model's numbers is stale when it has changed.
+  std::uint64_t revision() const { return revision_; }
+  bool pads_hold() const { return pads_hold_; }
   const std::vector<std::uint8_t>& fixed() const { return fixed_; }                   // (n) nonzero: never moves
   const std::vector<std::vector<int>>& pad_nodes() const { return pad_nodes_; }       // (pads), ascending
   const std::vector<std::vector<double>>& pad_shares() const { return pad_shares_; }  // of a pad's force
@@ -73,7 +81,11 @@ class FemModel {
   FemMesh mesh_;
   FemSolid* solid_;
   std::vector<std::unique_ptr<FemTerm>> terms_, masses_;
+  std::vector<std::unique_ptr<FemDamping>> dampings_;
   std::map<std::string, std::string> other_names_;
+  std::vector<FemAdjustable*> adjustables_;  // all that have parameters
+  std::uint64_t revision_ = 0;
+  bool pads_hold_;
   FemPattern pattern_;
   std::vector<std::uint8_t> fixed_;
   std::vector<std::vector<int>> pad_nodes_;

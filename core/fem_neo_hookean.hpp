@@ -19,6 +19,7 @@ class FemNeoHookean final : public FemLaw {
   std::span<const FemParameter> parameters() const override;  // youngs_modulus, poissons_ratio
   double parameter(int index) const override;
   void set_parameter(int index, double value) override;
+  bool has_derivative(int) const override { return true; }
   void differentiate(int index, const PointBatch& batch, const PointDeformation& deformation,
                      double (*stress)[kPointLanes]) const override;
 

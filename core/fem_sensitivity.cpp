@@ -35,6 +35,7 @@ double derivative(const FemAdjoint& adjoint, const FemPerturbation& perturbation
 FemSensitivity::FemSensitivity(FemEquilibrium& equilibrium, const FemState& state, double time_step)
     : equilibrium_(&equilibrium), state_(&state), time_step_(time_step) {
   Eigen::VectorXd residual;
+  equilibrium.set_pads(state.hold.pads);
   equilibrium.terms(state.x, time_step, state.history, residual, &tangent_);
   equilibrium.forget_factor();
   if (!equilibrium.factor().factorize(tangent_, state.hold.held))
@@ -44,7 +45,9 @@ FemSensitivity::FemSensitivity(FemEquilibrium& equilibrium, const FemState& stat
   solid.evaluate(0, solid.entity_count(), input_of_solid(), {nullptr, element_residuals_.data(), nullptr});
 }
 
-TermInput FemSensitivity::input_of_solid() const { return {state_->x.data(), time_step_, state_->history[0].data()}; }
+TermInput FemSensitivity::input_of_solid() const {
+  return {state_->x.data(), time_step_, state_->history[0].data(), state_->hold.pads};
+}
 
 FemPerturbation FemSensitivity::nothing() const {
   return {Eigen::VectorXd::Zero(state_->x.size()), Eigen::VectorXd::Zero(state_->x.size())};
@@ -58,6 +61,8 @@ FemPerturbation FemSensitivity::by_parameter(const std::string& name) {
   for (std::size_t t = 0; t < terms.size(); ++t) {
     for (std::size_t k = 0; k < terms[t]->parameters().size(); ++k) {
       if (terms[t]->parameters()[k].name != own_name) continue;
+      if (!terms[t]->has_derivative(static_cast<int>(k)))
+        throw ModelError("the derivative by " + name + " has no closed form; take differences");
       Eigen::VectorXd residual;
       equilibrium_->assembler().differentiate(static_cast<int>(t), static_cast<int>(k), state_->x, time_step_,
                                               state_->history, residual);
@@ -115,7 +120,8 @@ FemObservable FemSensitivity::of_target(int target, const Vec3& axis) const {
 }
 
 FemObservable FemSensitivity::of_pad_force(int pad, const Vec3& axis) const {
-  FemObservable observable{Eigen::VectorXd::Zero(state_->x.size()), Eigen::VectorXd::Zero(state_->x.size())};
+  FemObservable observable{equilibrium_->pressed_slope(pad, axis, state_->x, time_step_, state_->history),
+                           Eigen::VectorXd::Zero(state_->x.size())};
   visit_pad_nodes(pad, [&](int node) { observable.force.segment<3>(3 * node) = axis / kMillinewtonPerNewton; });
   return observable;
 }

@@ -45,7 +45,8 @@ class FemSensitivity {
   // past that is the history before the solve. Throws ModelError where the tangent is not definite.
   FemSensitivity(FemEquilibrium& equilibrium, const FemState& state, double time_step = 0.0);
 
-  // By a parameter of that name, in every term that has it. Throws ModelError where none has.
+  // By a parameter of that name, in every term that has it. Throws ModelError where none has, or one knows no
+  // derivative.
   FemPerturbation by_parameter(const std::string& name);
   // By moving a held pad along an axis, per mm; by turning it about an axis through `center`, per rad.
   FemPerturbation by_pad_shift(int pad, const Vec3& axis) const;
@@ -55,7 +56,8 @@ class FemSensitivity {
 
   FemObservable of_marker(int marker, const Vec3& axis) const;  // mm
   FemObservable of_target(int target, const Vec3& axis) const;  // mm
-  FemObservable of_pad_force(int pad, const Vec3& axis) const;  // N
+  // N. Of a pad that a term presses on: but for what changes the term or moves the pad itself.
+  FemObservable of_pad_force(int pad, const Vec3& axis) const;
 
   FemResponse response(const FemPerturbation& perturbation) const;
   FemAdjoint adjoint(const FemObservable& observable) const;

@@ -44,25 +44,42 @@ SolidBlock make_block(const FemMesh& mesh, int first) {
 
 }  // namespace
 
-FemSolid::FemSolid(const FemMesh& mesh, const TetQuadrature& quadrature, std::vector<std::unique_ptr<FemLaw>> laws)
-    : mesh_(&mesh), quadrature_(quadrature), laws_(std::move(laws)) {
+FemSolid::FemSolid(const FemMesh& mesh, const TetQuadrature& quadrature, std::vector<std::unique_ptr<FemLaw>> laws,
+                   std::vector<std::unique_ptr<FemField>> fields)
+    : mesh_(&mesh), quadrature_(quadrature), laws_(std::move(laws)), fields_(std::move(fields)) {
   for (int first = 0; first < mesh.element_count(); first += kPointLanes) blocks_.push_back(make_block(mesh, first));
   for (int q = 0; q < quadrature.count(); ++q)
     points_.push_back({mesh.element_nodes(), quadrature.weights[q], shape_slopes(mesh.element, quadrature.points[q])});
-  for (std::size_t law = 0; law < laws_.size(); ++law) {
-    for (std::size_t k = 0; k < laws_[law]->parameters().size(); ++k) {
-      parameters_.push_back(laws_[law]->parameters()[k]);
-      law_parameters_.push_back({static_cast<int>(law), static_cast<int>(k)});
+  const auto own = [this](FemAdjustable& owner, int law) {
+    for (std::size_t k = 0; k < owner.parameters().size(); ++k) {
+      parameters_.push_back(owner.parameters()[k]);
+      owners_.push_back({&owner, law, static_cast<int>(k)});
     }
-  }
+  };
+  for (std::size_t law = 0; law < laws_.size(); ++law) own(*laws_[law], static_cast<int>(law));
+  for (const auto& field : fields_) own(*field, -1);
+  multiply_fields();
 }
 
-double FemSolid::parameter(int index) const {
-  return laws_[law_parameters_[index].law]->parameter(law_parameters_[index].index);
-}
+double FemSolid::parameter(int index) const { return owners_[index].owner->parameter(owners_[index].index); }
 
 void FemSolid::set_parameter(int index, double value) {
-  laws_[law_parameters_[index].law]->set_parameter(law_parameters_[index].index, value);
+  owners_[index].owner->set_parameter(owners_[index].index, value);
+  if (owners_[index].law < 0) multiply_fields();
+}
+
+bool FemSolid::has_derivative(int index) const {
+  return owners_[index].law >= 0 && owners_[index].owner->has_derivative(owners_[index].index);
+}
+
+void FemSolid::multiply_fields() {
+  factors_ = stiffness_;
+  if (fields_.empty()) return;
+  factors_.resize(static_cast<std::size_t>(entity_count()) * points_.size(), 1.0);
+  for (std::size_t k = 0; k < factors_.size(); ++k) {
+    const Vec3 rest = rest_of_point(static_cast<int>(k / points_.size()), static_cast<int>(k % points_.size()));
+    for (const auto& field : fields_) factors_[k] *= field->factor(rest);
+  }
 }
 
 void FemSolid::set_stiffness(std::vector<double> factors) {
@@ -70,6 +87,7 @@ void FemSolid::set_stiffness(std::vector<double> factors) {
     throw ModelError("a stiffness field has " + std::to_string(factors.size()) + " factors, not one for each of " +
                      std::to_string(points_.size()) + " points of " + std::to_string(entity_count()) + " elements");
   stiffness_ = std::move(factors);
+  multiply_fields();
 }
 
 Vec3 FemSolid::rest_of_point(int element, int point) const {
@@ -82,8 +100,8 @@ Vec3 FemSolid::rest_of_point(int element, int point) const {
 double FemSolid::scale(int block, int point, int lane) const {
   const double plain = blocks_[block].volume[lane] * points_[point].weight;
   const int element = block * kPointLanes + lane;
-  if (stiffness_.empty() || element >= entity_count()) return plain;
-  return plain * stiffness_[static_cast<std::size_t>(element) * points_.size() + point];
+  if (factors_.empty() || element >= entity_count()) return plain;
+  return plain * factors_[static_cast<std::size_t>(element) * points_.size() + point];
 }
 
 // History: law by law, block by block, point by point.
@@ -170,7 +188,7 @@ void FemSolid::integrate(int begin, int end, const double* x, const Stress& stre
 }
 
 void FemSolid::differentiate(int index, int begin, int end, const TermInput& input, double* out) const {
-  const LawParameter& chosen = law_parameters_[index];
+  const Owner& chosen = owners_[index];
   const auto law = static_cast<std::size_t>(chosen.law);
   const auto stress_at = [&](int at, int q, const PointDeformation& deformation, double(*stress)[kPointLanes]) {
     laws_[law]->differentiate(chosen.index, batch_of(law, at, q, input), deformation, stress);

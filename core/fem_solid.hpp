@@ -26,7 +26,8 @@ struct SolidPoint {
 
 class FemSolid final : public FemTerm {
  public:
-  FemSolid(const FemMesh& mesh, const TetQuadrature& quadrature, std::vector<std::unique_ptr<FemLaw>> laws);
+  FemSolid(const FemMesh& mesh, const TetQuadrature& quadrature, std::vector<std::unique_ptr<FemLaw>> laws,
+           std::vector<std::unique_ptr<FemField>> fields = {});
 
   std::string_view name() const override { return "solid"; }
   int entity_count() const override { return mesh_->element_count(); }
@@ -35,10 +36,11 @@ class FemSolid final : public FemTerm {
   int batch() const override { return kPointLanes; }
   void evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const override;
 
-  // The laws' parameters, one law after the other.
+  // The laws' parameters, one law after the other; then the fields'.
   std::span<const FemParameter> parameters() const override { return parameters_; }
   double parameter(int index) const override;
   void set_parameter(int index, double value) override;
+  bool has_derivative(int index) const override;
   void differentiate(int index, int begin, int end, const TermInput& input, double* residual) const override;
 
   // Overwrites `residual` with its derivative by the logarithm of the stiffness, along `field` (elements x points).
@@ -49,16 +51,18 @@ class FemSolid final : public FemTerm {
   void accept(const TermInput& input, double* history) const override;
 
   int points_per_element() const { return static_cast<int>(points_.size()); }
-  // (elements x points per element): what the moduli are multiplied with; empty: 1 everywhere.
+  // (elements x points per element): what the moduli are multiplied with, beside the fields; empty: 1 everywhere.
   const std::vector<double>& stiffness() const { return stiffness_; }
   void set_stiffness(std::vector<double> factors);
   // mm, tissue, at rest.
   Vec3 rest_of_point(int element, int point) const;
 
  private:
-  struct LawParameter {
-    int law, index;
+  struct Owner {
+    FemAdjustable* owner;
+    int law, index;  // law -1: a field
   };
+  void multiply_fields();
   PointBatch batch_of(std::size_t law, int block, int point, const TermInput& input) const;
   std::size_t history_offset(std::size_t law, int block, int point) const;
   // Overwrites response, scaled by volume, weight and stiffness.
@@ -72,11 +76,13 @@ class FemSolid final : public FemTerm {
   const FemMesh* mesh_;
   TetQuadrature quadrature_;
   std::vector<std::unique_ptr<FemLaw>> laws_;
+  std::vector<std::unique_ptr<FemField>> fields_;
   std::vector<FemParameter> parameters_;
-  std::vector<LawParameter> law_parameters_;
+  std::vector<Owner> owners_;
   std::vector<SolidBlock> blocks_;
   std::vector<SolidPoint> points_;
   std::vector<double> stiffness_;
+  std::vector<double> factors_;  // stiffness_ times the fields
 };
 
 // F at a point of eight elements; corners as gathered, (nodes x 3 x lanes) mm.

@@ -11,11 +11,13 @@ FemState rest_state(const FemModel& model) {
   state.reaction = state.force;
   for (const auto& term : model.terms()) state.history.emplace_back(term->history_size(), 0.0);
   state.hold = hold_of(model, {});
+  state.pressed.assign(model.scene().pads.size(), Vec3::Zero());
   return state;
 }
 
 FemHold hold_of(const FemModel& model, std::span<const PadInput> pads) {
-  FemHold hold{model.fixed(), model.rest(), std::vector<int>(model.fixed().size(), -1)};
+  FemHold hold{model.fixed(), model.rest(), std::vector<int>(model.fixed().size(), -1), {pads.begin(), pads.end()}};
+  if (!model.pads_hold()) return hold;
   for (std::size_t p = 0; p < pads.size(); ++p) {
     if (pads[p].kind != PadInput::Kind::pose) continue;
     for (int node : model.pad_nodes()[p]) {
@@ -53,6 +55,7 @@ FemReport solve_static(FemEquilibrium& equilibrium, FemState& state, const FemLo
   equilibrium.terms(state.x, time_step, state.history, state.force);
   state.force -= external;
   state.reaction = state.force;
+  state.pressed = equilibrium.pressed(state.x, time_step, state.history);
   state.velocity.setZero();
   state.acceleration.setZero();
   if (report.converged) equilibrium.accept(state.x, time_step, state.history);
@@ -61,8 +64,10 @@ FemReport solve_static(FemEquilibrium& equilibrium, FemState& state, const FemLo
 
 std::vector<Vec3> pad_forces(const FemState& state, std::span<const PadInput> pads) {
   std::vector<Vec3> forces(pads.size(), Vec3::Zero());
-  for (std::size_t p = 0; p < pads.size(); ++p)
+  for (std::size_t p = 0; p < pads.size(); ++p) {
     if (pads[p].kind == PadInput::Kind::force) forces[p] = pads[p].force;
+    if (pads[p].kind == PadInput::Kind::pose) forces[p] = state.pressed[p];
+  }
   for (std::size_t i = 0; i < state.hold.pad.size(); ++i)
     if (state.hold.pad[i] >= 0)
       forces[state.hold.pad[i]] += state.reaction.segment<3>(3 * static_cast<Eigen::Index>(i)) / kMillinewtonPerNewton;

@@ -21,6 +21,7 @@ struct FemState {
   Eigen::VectorXd reaction;                   // (3n) mN: what holds the held nodes: `force`, and inertia and damping
   FemHistory history;                         // of the terms
   FemHold hold;                               // of the last solve
+  std::vector<Vec3> pressed;                  // (pads) N, of pads that terms press on
 };
 
 // At rest, nothing held but the fixed nodes.
@@ -36,7 +37,7 @@ Eigen::VectorXd external_forces(const FemModel& model, const FemLoads& loads);
 FemReport solve_static(FemEquilibrium& equilibrium, FemState& state, const FemLoads& loads, const FemControl& control,
                        double time_step = 0.0);
 
-// N, of each pad on the tissue: what holds its nodes, or the force it was given. Zero where absent.
+// N, of each pad on the tissue: what holds its nodes or presses it on, or the force it was given. Zero where absent.
 std::vector<Vec3> pad_forces(const FemState& state, std::span<const PadInput> pads);
 
 }  // namespace tissued::core

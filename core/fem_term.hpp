@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/types.hpp"
+#include "core/pad_input.hpp"
 
 namespace tissued::core {
 
@@ -24,11 +24,23 @@ struct FemParameter {
   double highest = std::numeric_limits<double>::infinity();
 };
 
+// Whatever has such numbers.
+class FemAdjustable {
+ public:
+  virtual ~FemAdjustable() = default;
+  virtual std::span<const FemParameter> parameters() const { return {}; }
+  virtual double parameter(int) const { return 0.0; }
+  virtual void set_parameter(int, double) {}
+  // False where there is no derivative in closed form, only by differences.
+  virtual bool has_derivative(int) const { return false; }
+};
+
 // Where a term is evaluated.
 struct TermInput {
   const double* x = nullptr;        // (3n) mm, positions of all nodes
   double time_step = 0.0;           // s since the accepted state that `history` belongs to; 0: no time passes
   const double* history = nullptr;  // (history_size of the term)
+  std::span<const PadInput> pads;   // of the scene; empty: none touches. For terms that stand in for a hold
 };
 
 // Slices for entities [begin, end), which begin at entity 0; what is not asked for is null.
@@ -41,10 +53,8 @@ struct TermOutput {
 constexpr int pair_index(int a, int b) { return a * (a + 1) / 2 + b; }
 constexpr int pair_count(int nodes) { return nodes * (nodes + 1) / 2; }
 
-class FemTerm {
+class FemTerm : public FemAdjustable {
  public:
-  virtual ~FemTerm() = default;
-
   virtual std::string_view name() const = 0;
   virtual int entity_count() const = 0;
   virtual int nodes_per_entity() const = 0;
@@ -56,9 +66,6 @@ class FemTerm {
   // Overwrites what is asked for of entities [begin, end). Called from several threads at once, for different ranges.
   virtual void evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const = 0;
 
-  virtual std::span<const FemParameter> parameters() const { return {}; }
-  virtual double parameter(int) const { return 0.0; }
-  virtual void set_parameter(int, double) {}
   // Overwrites `residual` (as in TermOutput) of entities [begin, end) with its derivative by parameter `index`.
   virtual void differentiate(int, int, int, const TermInput&, double*) const {}
 
@@ -66,6 +73,11 @@ class FemTerm {
   virtual std::size_t history_size() const { return 0; }
   // The state of `input` is accepted: writes the history that follows on input.history.
   virtual void accept(const TermInput&, double*) const {}
+
+  // Of a term that presses pads on the tissue (they do not hold their nodes then): adds the force of each pad, N.
+  virtual void add_pad_forces(const TermInput&, std::span<Vec3>) const {}
+  // Adds the derivative of one pad's force along an axis by all positions, (3n) N/mm.
+  virtual void add_pad_slope(int, const Vec3&, const TermInput&, Eigen::VectorXd&) const {}
 };
 
 }  // namespace tissued::core

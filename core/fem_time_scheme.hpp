@@ -1,6 +1,8 @@
 // How finite elements step in time; see fem_dynamics.hpp.
 #pragma once
 
+#include "core/fem_term.hpp"
+
 namespace tissued::core {
 
 struct TimeScheme {
@@ -13,6 +15,12 @@ struct TimeScheme {
 struct RayleighDamping {
   double mass = 0.0;       // 1/s
   double stiffness = 0.0;  // s
+};
+
+// Damping that a body has of itself, with numbers that can be set.
+class FemDamping : public FemAdjustable {
+ public:
+  virtual RayleighDamping rates() const = 0;
 };
 
 }  // namespace tissued::core

@@ -10,6 +10,7 @@
 
 #include "core/fem_mesh.hpp"
 #include "core/fem_time_scheme.hpp"
+#include "core/pad_input.hpp"
 #include "core/scene.hpp"
 #include "core/strain_domains.hpp"
 #include "core/types.hpp"
@@ -42,7 +43,8 @@ struct FilterOptions {
   int modes = 0;              // of the presets paper and force: lowest kept; 0: all up to 1200 free nodes, else 300
   double stiffness_sd = 0.4;  // of the natural logarithm of the stiffness, before anything is learnt
   double stiffness_length = 15.0;  // mm, over which stiffness varies
-  double discrepancy = 0.05;       // of the load: standard deviation of what stiffness does not explain
+  double slip = 0.1;               // of the load: standard deviation of a pad's slip on the skin, per axis
+  double discrepancy = 0.05;       // of the load: standard deviation of what neither explains
 };
 
 struct FemSimulatorOptions {
@@ -56,15 +58,6 @@ struct SimulatorOptions {
   SolverOptions solver;          // of fem: tolerance, time_step and threads
   FilterOptions filter;
   FemSimulatorOptions fem;
-};
-
-// What one pad does in one frame.
-struct PadInput {
-  enum class Kind : std::uint8_t { absent, pose, force };  // absent: off the skin
-  Kind kind = Kind::absent;
-  Vec3 center = Vec3::Zero();        // mm, tissue; where the pad's center is now (kind pose)
-  Mat3 rotation = Mat3::Identity();  // tissue, relative to the rest pose (kind pose)
-  Vec3 force = Vec3::Zero();         // N, of the pad on the tissue (kind force)
 };
 
 // One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], markers[i].

@@ -35,6 +35,7 @@ class Springs final : public FemTerm {
   }
   double parameter(int) const override { return stiffness_; }
   void set_parameter(int, double value) override { stiffness_ = value; }
+  bool has_derivative(int) const override { return true; }
   void differentiate(int, int begin, int end, const TermInput& input, double* residual) const override {
     for (int e = begin; e < end; ++e) Eigen::Map<Vec3>(residual + 3 * e) = stretch_of(e, input);
   }
