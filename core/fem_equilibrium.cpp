@@ -103,6 +103,14 @@ bool FemEquilibrium::refactor(const Attempt& attempt, const Eigen::VectorXd& x, 
   return false;
 }
 
+bool FemEquilibrium::factor_at(const Eigen::VectorXd& x, double time_step, const FemHistory& history,
+                               const FemHold& hold, Eigen::VectorXd& residual) {
+  assembler_.evaluate(x, time_step, history, residual, &values_);
+  const bool is_definite = factor_.factorize(values_, hold.held);
+  factor_held_ = is_definite ? hold.held : std::vector<std::uint8_t>();
+  return is_definite;
+}
+
 void FemEquilibrium::blame(FemTrouble trouble, const Eigen::VectorXd& where, FemReport& report) const {
   report.trouble = trouble;
   const FemMesh& mesh = model_->mesh();

@@ -73,6 +73,10 @@ class FemEquilibrium {
                                 const FemHistory& history) const;
   // The state at x follows on `history` after time_step, which becomes its own.
   void accept(const Eigen::VectorXd& x, double time_step, FemHistory& history) const;
+  // Factors the tangent of the terms at x, to be used for derivatives there; the next solve begins with it. False where
+  // it is not definite.
+  bool factor_at(const Eigen::VectorXd& x, double time_step, const FemHistory& history, const FemHold& hold,
+                 Eigen::VectorXd& residual);
   // The next solve begins with a tangent of its own: the balance became another one.
   void forget_factor() { factor_held_.clear(); }
   FemAssembler& assembler() { return assembler_; }

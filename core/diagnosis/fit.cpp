@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kStepOfDifference = 1e-5;  // of what is typical
 constexpr double kWorthwhile = 0.2;         // of chi square that a step must promise
-constexpr double kDiscretisationSd = 0.4;   // of the correction for the elements' size
 const std::string kDiscretisation = "discretisation";
 
 Unknown body_unknown(std::string name, std::string unit, double value, double lowest, double highest, bool logarithmic,
@@ -26,7 +25,8 @@ Unknown fault_unknown(std::string name, std::string unit, int fault, double limi
   return {std::move(name), std::move(unit), Unknown::Source::fault, fault, 0.0, -limit, limit, false, 0.0, prior_sd};
 }
 
-std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scene) {
+std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& data) {
+  const Scene& scene = data.session->scene;
   constexpr double kDegree = 3.14159265358979 / 180.0;
   std::vector<Unknown> unknowns;
   if (hypothesis.numbers) {
@@ -39,9 +39,9 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scen
     const std::vector<double> neutral = effect->neutral(scene);
     for (std::size_t k = 0; k < neutral.size(); ++k) {
       const EffectParameter& p = effect->parameters()[k];
-      if (p.fixed) continue;
-      unknowns.push_back(
-          body_unknown(model_parameter(*effect, p), p.unit, neutral[k], p.lowest, p.highest, p.logarithmic, p.typical));
+      const std::string name = model_parameter(*effect, p);
+      if (p.fixed || std::find(hypothesis.held.begin(), hypothesis.held.end(), name) != hypothesis.held.end()) continue;
+      unknowns.push_back(body_unknown(name, p.unit, neutral[k], p.lowest, p.highest, p.logarithmic, p.typical));
     }
   }
   if (hypothesis.latency) unknowns.push_back(fault_unknown("latency.seconds", "s", 0, 0.5, 0.1));
@@ -57,8 +57,8 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scen
       const std::string name = "marker-slip." + scene.markers[hypothesis.slips[s].marker].name + "." + "xyz"[axis];
       unknowns.push_back(fault_unknown(name, "mm", 7 + static_cast<int>(3 * s) + axis, 50.0, 5.0));
     }
-  Unknown discretisation{kDiscretisation,  "1", Unknown::Source::discretisation, 0, 1.0, -1.0, 3.0, false, 1.0,
-                         kDiscretisationSd};
+  Unknown discretisation{kDiscretisation,   "1", Unknown::Source::discretisation, 0, 1.0, -1.0, 3.0, false, 1.0,
+                         data.correction_sd};
   unknowns.push_back(discretisation);
   return unknowns;
 }
@@ -67,14 +67,7 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scen
 class Evaluator {
  public:
   Evaluator(const FitData& data, const Hypothesis& hypothesis)
-      : data_(&data), hypothesis_(&hypothesis), solver_(data.session->scene, hypothesis.effects, data.element) {
-    for (const LoadPath& path : data.paths) {
-      loads_.emplace_back(static_cast<Eigen::Index>(path.keys().size()));
-      for (std::size_t k = 0; k < path.keys().size(); ++k)
-        loads_.back()[static_cast<Eigen::Index>(k)] =
-            path.peak_load() > 0.0 ? path.keys()[k].load / path.peak_load() : 0.0;
-    }
-  }
+      : data_(&data), hypothesis_(&hypothesis), solver_(data.session->scene, hypothesis.effects, data.element) {}
 
   bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) {
     std::vector<PathParameter> parameters;
@@ -119,7 +112,7 @@ class Evaluator {
       return recorded(trial, k, path, data_->session->scene, answers, faults);
     };
     const MeasurementFaults faults = faults_of(unknowns);
-    const RowMatrix correction = loads_[k] * data_->discretisation.row(k);
+    const RowMatrix& correction = data_->correction[k];
     const RowMatrix corrected = answer.values + unknowns.back().value * correction;
     const RowMatrix predicted = record(corrected, faults);
     out.trial = k;
@@ -151,7 +144,6 @@ class Evaluator {
   const FitData* data_;
   const Hypothesis* hypothesis_;
   PathSolver solver_;
-  std::vector<Eigen::VectorXd> loads_;  // (trials) (keys) share of the peak load
 };
 
 double penalty_of(const std::vector<Unknown>& unknowns) {
@@ -200,6 +192,23 @@ double left_out(const FitData& data, const Fit& fit) {
   return sum;
 }
 
+// Far from the truth noise is no measure of the misfit, and what is allowed for discretisation would be used up to
+// hide it: noise is raised to what is left, for each kind of channel.
+ErrorModel raised(const ErrorModel& errors, const Channels& channels, const NormalEquations& equations) {
+  const auto kind_of = [&channels](int c) { return channels.is_marker(c) ? 0 : channels.is_force(c) ? 1 : 2; };
+  std::array<double, 3> square{}, count{};
+  for (int c = 0; c < channels.count(); ++c) {
+    square[kind_of(c)] += equations.chi_square_of_channel[c];
+    count[kind_of(c)] += equations.count_of_channel[c];
+  }
+  ErrorModel out = errors;
+  for (int c = 0; c < channels.count(); ++c) {
+    const int kind = kind_of(c);
+    if (square[kind] > count[kind]) out.noise[c] *= std::sqrt(square[kind] / count[kind]);
+  }
+  return out;
+}
+
 void conclude(const FitData& data, const NormalEquations& equations, Fit& fit) {
   fit.solved = true;
   fit.chi_square = equations.chi_square;
@@ -214,6 +223,23 @@ void conclude(const FitData& data, const NormalEquations& equations, Fit& fit) {
     log_determinant += 2.0 * std::log(factor.matrixLLT()(j, j) * fit.unknowns[j].prior_sd);
   fit.log_evidence = -0.5 * (fit.chi_square + fit.penalty + log_determinant);
   fit.left_out_chi_square = left_out(data, fit);
+}
+
+// Of Levenberg and Marquardt; unknowns at a bound that the step would leave stay there.
+Eigen::VectorXd step_of(const NormalEquations& equations, const std::vector<Unknown>& unknowns, double damping) {
+  Eigen::MatrixXd damped = with_prior(equations.normal, unknowns);
+  damped.diagonal() *= 1.0 + damping;
+  Eigen::VectorXd right = equations.gradient + pull_of_prior(unknowns);
+  for (std::size_t j = 0; j < unknowns.size(); ++j) {
+    const Unknown& u = unknowns[j];
+    const auto at = static_cast<Eigen::Index>(j);
+    if (!((u.value <= u.lowest && right[at] < 0.0) || (u.value >= u.highest && right[at] > 0.0))) continue;
+    damped.row(at).setZero();
+    damped.col(at).setZero();
+    damped(at, at) = 1.0;
+    right[at] = 0.0;
+  }
+  return damped.llt().solve(right);
 }
 
 void begin_at(const std::vector<std::pair<std::string, double>>& start, std::vector<Unknown>& unknowns) {
@@ -256,7 +282,7 @@ Fit assess(const FitData& data, const Hypothesis& hypothesis,
            const std::vector<std::pair<std::string, double>>& values) {
   Fit fit;
   fit.hypothesis = hypothesis;
-  fit.unknowns = unknowns_of(hypothesis, data.session->scene);
+  fit.unknowns = unknowns_of(hypothesis, data);
   begin_at(values, fit.unknowns);
   Evaluator evaluator(data, fit.hypothesis);
   if (!evaluator.run(fit.unknowns, true, fit)) return fit;
@@ -268,54 +294,35 @@ Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std
         int most_evaluations) {
   Fit best;
   best.hypothesis = hypothesis;
-  best.unknowns = unknowns_of(hypothesis, data.session->scene);
+  best.unknowns = unknowns_of(hypothesis, data);
   begin_at(start, best.unknowns);
   Evaluator evaluator(data, best.hypothesis);
   if (!evaluator.run(best.unknowns, true, best)) return best;
-  NormalEquations equations = normal_equations(data.errors, pointers_to(best.residuals));
+  const Channels channels = channels_of(data.session->scene);
   double damping = 1e-3;
   while (best.evaluations < most_evaluations) {
-    const Eigen::MatrixXd precision = with_prior(equations.normal, best.unknowns);
-    const Eigen::VectorXd pull = equations.gradient + pull_of_prior(best.unknowns);
-    // Unknowns at a bound that the step would leave stay there.
-    Eigen::MatrixXd damped = precision;
-    damped.diagonal() *= 1.0 + damping;
-    Eigen::VectorXd right = pull;
-    for (std::size_t j = 0; j < best.unknowns.size(); ++j) {
-      const Unknown& u = best.unknowns[j];
-      const auto at = static_cast<Eigen::Index>(j);
-      if (!((u.value <= u.lowest && pull[at] < 0.0) || (u.value >= u.highest && pull[at] > 0.0))) continue;
-      damped.row(at).setZero();
-      damped.col(at).setZero();
-      damped(at, at) = 1.0;
-      right[at] = 0.0;
-    }
-    const Eigen::VectorXd step = damped.llt().solve(right);
-    if (right.dot(step) < kWorthwhile) break;
+    const ErrorModel errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(best.residuals)));
+    const NormalEquations equations = normal_equations(errors, pointers_to(best.residuals));
+    const Eigen::VectorXd step = step_of(equations, best.unknowns, damping);
+    if ((equations.gradient + pull_of_prior(best.unknowns)).dot(step) < kWorthwhile) break;
     Fit trial = best;
     for (std::size_t j = 0; j < trial.unknowns.size(); ++j)
       trial.unknowns[j].set_fitted(trial.unknowns[j].fitted() + step[static_cast<Eigen::Index>(j)]);
-    if (!evaluator.run(trial.unknowns, true, trial)) {
-      if (data.stop != nullptr && data.stop->load(std::memory_order_relaxed)) break;
-      best.evaluations = trial.evaluations;
-      damping = std::max(10.0 * damping, 0.1);
-      if (damping > 1e4) break;
+    const bool solved = evaluator.run(trial.unknowns, true, trial);
+    if (data.stop != nullptr && data.stop->load(std::memory_order_relaxed)) break;
+    const auto objective = [&](const Fit& at) {
+      return normal_equations(errors, pointers_to(at.residuals)).chi_square + penalty_of(at.unknowns);
+    };
+    if (solved && objective(trial) < equations.chi_square + penalty_of(best.unknowns)) {
+      best = std::move(trial);
+      damping = std::max(0.1 * damping, 1e-6);
       continue;
     }
-    NormalEquations after = normal_equations(data.errors, pointers_to(trial.residuals));
-    const double gain =
-        equations.chi_square + penalty_of(best.unknowns) - after.chi_square - penalty_of(trial.unknowns);
-    if (gain <= 0.0) {
-      best.evaluations = trial.evaluations;
-      damping = std::max(10.0 * damping, 0.1);
-      if (damping > 1e4) break;
-      continue;
-    }
-    best = std::move(trial);
-    equations = std::move(after);
-    damping = std::max(0.1 * damping, 1e-6);
+    best.evaluations = trial.evaluations;
+    damping = std::max(10.0 * damping, 0.1);
+    if (damping > 1e4) break;
   }
-  conclude(data, equations, best);
+  conclude(data, normal_equations(data.errors, pointers_to(best.residuals)), best);
   return best;
 }
 

@@ -19,6 +19,7 @@ struct Hypothesis {
   bool numbers = true;  // stiffness and compressibility may differ from the assumed
   bool latency = false, registration = false;
   std::vector<SlippedMarker> slips;
+  std::vector<std::string> held;  // unknowns that stay at their neutral value
 };
 
 struct Unknown {
@@ -42,7 +43,8 @@ struct FitData {
   const RecordedSession* session = nullptr;
   std::vector<LoadPath> paths;  // (trials)
   ErrorModel errors;
-  RowMatrix discretisation;  // (trials x channels): finer elements' answer less the fits' own, at peak load
+  std::vector<RowMatrix> correction;  // (trials) (keys x channels): what finer elements answer less the fits' own
+  double correction_sd = 0.4;         // as a share of it
   FemElement element = FemElement::p2;
   const std::atomic<bool>* stop = nullptr;
 };

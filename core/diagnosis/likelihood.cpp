@@ -45,6 +45,7 @@ NormalEquations normal_equations(const ErrorModel& errors, std::span<const Trial
   sum.gradient.setZero(parameters);
   sum.normal.setZero(parameters, parameters);
   sum.chi_square_of_channel.setZero(channels);
+  sum.count_of_channel.setZero(channels);
   for (Eigen::Index c = 0; c < channels; ++c) {
     const ChannelRows rows = rows_of(static_cast<int>(c), trials, parameters);
     if (rows.residual.size() == 0) continue;
@@ -63,6 +64,7 @@ NormalEquations normal_equations(const ErrorModel& errors, std::span<const Trial
     const double square = weight * rows.residual.squaredNorm() - weight * weight * basis_residual.squaredNorm();
     sum.chi_square += square;
     sum.chi_square_of_channel[c] = square;
+    sum.count_of_channel[c] = static_cast<double>(rows.residual.size());
     sum.count += static_cast<int>(rows.residual.size());
     sum.gradient += weight * rows.derivatives.transpose() * rows.residual -
                     weight * weight * basis_derivatives.transpose() * basis_residual;

@@ -32,7 +32,7 @@ struct NormalEquations {
   int count = 0;  // residuals
   Eigen::VectorXd gradient;
   Eigen::MatrixXd normal;
-  Eigen::VectorXd chi_square_of_channel;
+  Eigen::VectorXd chi_square_of_channel, count_of_channel;
 };
 
 NormalEquations normal_equations(const ErrorModel& errors, std::span<const TrialResidual* const> trials);

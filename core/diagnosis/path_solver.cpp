@@ -1,7 +1,6 @@
 #include "core/diagnosis/path_solver.hpp"
 
 #include <algorithm>
-#include <map>
 
 namespace tissued::core {
 
@@ -57,27 +56,17 @@ bool PathSolver::solve_key(const LoadKey& key, double time_step, const Eigen::Ve
   return report.converged;
 }
 
-double PathSolver::value_of(const std::string& name) const {
-  for (const auto& term : model_.terms())
-    for (std::size_t k = 0; k < term->parameters().size(); ++k)
-      if (term->parameters()[k].name == name) return term->parameter(static_cast<int>(k));
-  throw ModelError("no term of the body has a parameter " + name);
-}
-
 void PathSolver::differentiate(const LoadKey& key, double time_step, const FemHistory& before, const FemState& state,
                                std::span<const PathParameter> parameters, std::vector<FemHistory>& perturbed,
                                std::vector<Eigen::RowVectorXd>& derivatives) {
   Eigen::VectorXd residual;
-  std::vector<double> tangent;
-  equilibrium_.terms(state.x, time_step, before, residual, &tangent);
-  equilibrium_.forget_factor();
   derivatives.assign(parameters.size(), Eigen::RowVectorXd::Zero(channels_.count()));
-  if (!equilibrium_.factor().factorize(tangent, state.hold.held)) return;
+  if (!equilibrium_.factor_at(state.x, time_step, before, state.hold, residual)) return;
   FemState at = state;
   at.force = at.reaction = residual;
   const Eigen::RowVectorXd seen = observe(at, key.pads);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
-    const double value = value_of(parameters[j].name), step = parameters[j].step;
+    const double value = values_.at(parameters[j].name), step = parameters[j].step;
     model_.set_parameter(parameters[j].name, value + step);
     Eigen::VectorXd shifted;
     equilibrium_.terms(state.x, time_step, perturbed[j], shifted);

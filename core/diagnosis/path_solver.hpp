@@ -1,6 +1,7 @@
 // What a body with given effects would show along the paths of the pads, and how that changes with its numbers.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,11 +29,14 @@ class PathSolver {
   // Throws ModelError, as FemModel.
   PathSolver(const Scene& scene, std::vector<const Effect*> effects, FemElement element = FemElement::p2);
 
-  void set_parameter(const std::string& name, double value) { model_.set_parameter(name, value); }
+  void set_parameter(const std::string& name, double value) {
+    model_.set_parameter(name, value);
+    values_[name] = value;
+  }
 
-  // Equilibria at the keys of a path; `slot` names the path from call to call, so that the next solve with other
-  // numbers begins where this one ended. Derivatives are exact along the path: what the body remembers is perturbed,
-  // too. False where a key has no equilibrium that Newton finds; `trouble` then says why.
+  // Parameters must have been set before. Equilibria at the keys of a path; `slot` names the path from call to call, so
+  // that the next solve with other numbers begins where this one ended. Derivatives are exact along the path: what the
+  // body remembers is perturbed, too. False where a key has no equilibrium that Newton finds; `trouble` then says why.
   bool solve(const LoadPath& path, int slot, std::span<const PathParameter> parameters, PathAnswer& answer);
 
   const std::string& trouble() const { return trouble_; }
@@ -51,7 +55,6 @@ class PathSolver {
   void differentiate(const LoadKey& key, double time_step, const FemHistory& before, const FemState& state,
                      std::span<const PathParameter> parameters, std::vector<FemHistory>& perturbed,
                      std::vector<Eigen::RowVectorXd>& derivatives);
-  double value_of(const std::string& name) const;
 
   FemModel model_;
   FemEquilibrium equilibrium_;
@@ -59,6 +62,7 @@ class PathSolver {
   Channels channels_;
   Eigen::VectorXd rest_;
   std::vector<std::vector<Eigen::VectorXd>> positions_;  // (slots) (keys)
+  std::map<std::string, double> values_;                 // that were set
   std::string trouble_;
 };
 
