@@ -43,7 +43,8 @@ class FemLaw : public FemAdjustable {
   virtual void accept(const PointBatch&, const PointDeformation&, double*) const {}
 };
 
-// What all moduli of a body are multiplied with, from place to place.
+// What all moduli of a body are multiplied with, from place to place: at each quadrature point, or the mean over the
+// element where the rule has a negative weight (that of degree 3).
 class FemField : public FemAdjustable {
  public:
   // Above 0; rest: mm, tissue.

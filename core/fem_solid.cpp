@@ -72,13 +72,25 @@ bool FemSolid::has_derivative(int index) const {
   return owners_[index].law >= 0 && owners_[index].owner->has_derivative(owners_[index].index);
 }
 
+// A rule with a negative weight could make an element unstable whose points differ: it takes the element's (geometric)
+// mean.
 void FemSolid::multiply_fields() {
   factors_ = stiffness_;
   if (fields_.empty()) return;
   factors_.resize(static_cast<std::size_t>(entity_count()) * points_.size(), 1.0);
-  for (std::size_t k = 0; k < factors_.size(); ++k) {
-    const Vec3 rest = rest_of_point(static_cast<int>(k / points_.size()), static_cast<int>(k % points_.size()));
-    for (const auto& field : fields_) factors_[k] *= field->factor(rest);
+  const bool has_negative = *std::min_element(quadrature_.weights.begin(), quadrature_.weights.end()) < 0.0;
+  const TetQuadrature rule = has_negative ? tet_quadrature(5) : quadrature_;
+  std::vector<double> logarithms(static_cast<std::size_t>(rule.count()));
+  for (int e = 0; e < entity_count(); ++e) {
+    double mean = 0.0;
+    for (int q = 0; q < rule.count(); ++q) {
+      double factor = 1.0;
+      for (const auto& field : fields_) factor *= field->factor(rest_at(e, rule.points[q]));
+      logarithms[q] = std::log(factor);
+      mean += rule.weights[q] * logarithms[q];
+    }
+    double* out = factors_.data() + static_cast<std::size_t>(e) * points_.size();
+    for (std::size_t q = 0; q < points_.size(); ++q) out[q] *= std::exp(has_negative ? mean : logarithms[q]);
   }
 }
 
@@ -90,10 +102,12 @@ void FemSolid::set_stiffness(std::vector<double> factors) {
   multiply_fields();
 }
 
-Vec3 FemSolid::rest_of_point(int element, int point) const {
+Vec3 FemSolid::rest_of_point(int element, int point) const { return rest_at(element, quadrature_.points[point]); }
+
+Vec3 FemSolid::rest_at(int element, const std::array<double, 4>& barycentric) const {
   Vec3 place = Vec3::Zero();
   for (int a = 0; a < 4; ++a)
-    place += quadrature_.points[point][a] * mesh_->rest.row(mesh_->nodes_of_element(element)[a]).transpose();
+    place += barycentric[a] * mesh_->rest.row(mesh_->nodes_of_element(element)[a]).transpose();
   return place;
 }
 

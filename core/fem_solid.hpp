@@ -63,6 +63,7 @@ class FemSolid final : public FemTerm {
     int law, index;  // law -1: a field
   };
   void multiply_fields();
+  Vec3 rest_at(int element, const std::array<double, 4>& barycentric) const;
   PointBatch batch_of(std::size_t law, int block, int point, const TermInput& input) const;
   std::size_t history_offset(std::size_t law, int block, int point) const;
   // Overwrites response, scaled by volume, weight and stiffness.

@@ -1,15 +1,30 @@
 #include <array>
 
+#include "core/effects/anisotropy.hpp"
+#include "core/effects/attached_mass.hpp"
+#include "core/effects/damping.hpp"
 #include "core/effects/effect.hpp"
 #include "core/effects/gravity.hpp"
+#include "core/effects/inclusion.hpp"
+#include "core/effects/loose_base.hpp"
+#include "core/effects/parameters.hpp"
+#include "core/effects/skin.hpp"
+#include "core/effects/sliding_actuator.hpp"
+#include "core/effects/softening.hpp"
+#include "core/effects/stiffness_gradient.hpp"
+#include "core/effects/strain_stiffening.hpp"
+#include "core/effects/swelling.hpp"
 #include "core/effects/viscoelasticity.hpp"
 
 namespace tissued::core {
 
 std::span<const Effect* const> effects() {
   static const std::array kEffects{
-      &viscoelasticity_effect(),
-      &gravity_effect(),
+      &parameters_effect(), &viscoelasticity_effect(),    &strain_stiffening_effect(),
+      &inclusion_effect(),  &stiffness_gradient_effect(), &anisotropy_effect(),
+      &skin_effect(),       &softening_effect(),          &swelling_effect(),
+      &gravity_effect(),    &loose_base_effect(),         &sliding_actuator_effect(),
+      &damping_effect(),    &attached_mass_effect(),
   };
   return kEffects;
 }

@@ -1,7 +1,8 @@
 #include "core/effects/gravity.hpp"
 
 #include <array>
-#include <cstdio>
+
+#include "core/effects/wording.hpp"
 
 namespace tissued::core {
 
@@ -13,10 +14,9 @@ class GravityEffect final : public Effect {
   std::string_view title() const override { return "Weight pulls in a direction that was not assumed"; }
   std::string sentence(std::span<const double> values) const override {
     const Vec3 gravity(values[0], values[1], values[2]);
-    char text[160];
-    std::snprintf(text, sizeof text, "The tissue's weight acts with %.2f g along (%.2f, %.2f, %.2f).", gravity.norm(),
-                  gravity.normalized().x(), gravity.normalized().y(), gravity.normalized().z());
-    return text;
+    const Vec3 along = gravity.normalized();
+    return worded("The tissue's weight acts with %.2f g along (%.2f, %.2f, %.2f).", gravity.norm(), along.x(),
+                  along.y(), along.z());
   }
   std::span<const EffectParameter> parameters() const override {
     static const std::array<EffectParameter, 3> kParameters{{{"gravity.x", "g0", -3.0, 3.0, 0.0, 0.6},

@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/effects/effect_numbers.hpp"
 #include "core/effects/isochoric_invariant.hpp"
+#include "core/effects/wording.hpp"
 
 namespace tissued::core {
 
@@ -126,18 +126,11 @@ class Viscoelasticity final : public Effect {
   std::string_view kind() const override { return "viscoelasticity"; }
   std::string_view title() const override { return "The tissue relaxes while it is held"; }
   std::string sentence(std::span<const double> values) const override {
-    char text[240];
-    if (values[2] > 0.0)
-      std::snprintf(text, sizeof text,
-                    "Held still, the tissue loses %.0f %% of its stiffness against change of shape with a time "
-                    "constant of %.2g s and another %.0f %% with %.2g s.",
-                    100.0 * values[0], values[1], 100.0 * values[2], values[3]);
-    else
-      std::snprintf(text, sizeof text,
-                    "Held still, the tissue loses %.0f %% of its stiffness against change of shape with a time "
-                    "constant of %.2g s.",
-                    100.0 * values[0], values[1]);
-    return text;
+    std::string first = worded(
+        "Held still, the tissue loses %.0f %% of its stiffness against change of shape with a time constant of %.2g s",
+        100.0 * values[0], values[1]);
+    if (values[2] == 0.0) return first + ".";
+    return first + worded(", and another %.0f %% with %.2g s.", 100.0 * values[2], values[3]);
   }
   std::span<const EffectParameter> parameters() const override {
     static const std::array<EffectParameter, 4> kParameters{{{"g1", "1", 0.0, 0.95, 0.0, 0.3},

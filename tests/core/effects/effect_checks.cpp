@@ -55,6 +55,15 @@ PadInput pushed(const Pad& pad, const Vec3& way) {
   return input;
 }
 
+FemState solved(const FemModel& model, const std::vector<PadInput>& pads) {
+  FemEquilibrium equilibrium(model, 1);
+  FemState state = rest_state(model);
+  const FemReport report = solve_static(equilibrium, state, {pads, nullptr}, FemControl{});
+  INFO(report.words());
+  REQUIRE(report.converged);
+  return state;
+}
+
 void check_derivatives(const Effect& effect, const std::vector<Chosen>& chosen) {
   constexpr double kStep = 1e-5, kTimeStep = 0.2;
   Scene scene = box_scene({2, 2, 1, 10.0});

@@ -32,6 +32,9 @@ void check_words(const Effect& effect, const std::vector<Chosen>& chosen);
 
 PadInput pushed(const Pad& pad, const Vec3& way);
 
+// From rest to these pads in one step without time; it must converge.
+FemState solved(const FemModel& model, const std::vector<PadInput>& pads);
+
 // A point of material under a deformation that is the same in all lanes: neo-Hookean and the effect's laws.
 class MaterialPointTwin {
  public:
