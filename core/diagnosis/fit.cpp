@@ -25,6 +25,13 @@ Unknown fault_unknown(std::string name, std::string unit, int fault, double limi
   return {std::move(name), std::move(unit), Unknown::Source::fault, fault, 0.0, -limit, limit, false, 0.0, prior_sd};
 }
 
+// Half the body's longest side.
+double reach_of(const Scene& scene) {
+  return 0.5 * (scene.mesh.rest.colwise().maxCoeff() - scene.mesh.rest.colwise().minCoeff()).maxCoeff();
+}
+
+bool is_place(const std::string& parameter) { return parameter.starts_with("center.") || parameter.starts_with("at."); }
+
 std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& data) {
   const Scene& scene = data.session->scene;
   constexpr double kDegree = 3.14159265358979 / 180.0;
@@ -40,8 +47,11 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& da
     for (std::size_t k = 0; k < neutral.size(); ++k) {
       const EffectParameter& p = effect->parameters()[k];
       const std::string name = model_parameter(*effect, p);
-      if (p.fixed || std::find(hypothesis.held.begin(), hypothesis.held.end(), name) != hypothesis.held.end()) continue;
-      unknowns.push_back(body_unknown(name, p.unit, neutral[k], p.lowest, p.highest, p.logarithmic, p.typical));
+      const bool is_fixed = std::any_of(hypothesis.fixed.begin(), hypothesis.fixed.end(),
+                                        [&name](const auto& fixed) { return fixed.first == name; });
+      if (p.fixed || is_fixed) continue;
+      unknowns.push_back(body_unknown(name, p.unit, neutral[k], p.lowest, p.highest, p.logarithmic,
+                                      is_place(p.name) ? reach_of(scene) : p.typical));
     }
   }
   if (hypothesis.latency) unknowns.push_back(fault_unknown("latency.seconds", "s", 0, 0.5, 0.1));
@@ -67,7 +77,9 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& da
 class Evaluator {
  public:
   Evaluator(const FitData& data, const Hypothesis& hypothesis)
-      : data_(&data), hypothesis_(&hypothesis), solver_(data.session->scene, hypothesis.effects, data.element) {}
+      : data_(&data), hypothesis_(&hypothesis), solver_(data.session->scene, hypothesis.effects, data.element) {
+    for (const auto& [name, value] : hypothesis.fixed) solver_.set_parameter(name, value);
+  }
 
   bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) {
     std::vector<PathParameter> parameters;
@@ -104,6 +116,15 @@ class Evaluator {
     return faults;
   }
 
+  // Answers with forces as finer elements have them.
+  RowMatrix scaled(int k, double share, const RowMatrix& answers) const {
+    const Channels channels = channels_of(data_->session->scene);
+    RowMatrix out = answers;
+    for (int pad = 0; pad < channels.pads; ++pad)
+      out.middleCols<3>(channels.of_force(pad)) *= std::pow(data_->force_factor(k, pad), share);
+    return out;
+  }
+
   void compare(int k, const std::vector<Unknown>& unknowns, bool differentiate, const PathAnswer& answer,
                TrialResidual& out) const {
     const RecordedTrial& trial = data_->session->trials[k];
@@ -113,7 +134,8 @@ class Evaluator {
     };
     const MeasurementFaults faults = faults_of(unknowns);
     const RowMatrix& correction = data_->correction[k];
-    const RowMatrix corrected = answer.values + unknowns.back().value * correction;
+    const double share = unknowns.back().value;
+    const RowMatrix corrected = scaled(k, share, answer.values) + share * correction;
     const RowMatrix predicted = record(corrected, faults);
     out.trial = k;
     out.residual = trial.seen - predicted;
@@ -126,9 +148,12 @@ class Evaluator {
     std::size_t body = 0;
     for (const Unknown& unknown : unknowns) {
       if (unknown.source == Unknown::Source::body) {
-        out.derivatives.push_back(unknown.slope() * (record(answer.by_parameter[body++], faults) - nothing));
+        out.derivatives.push_back(unknown.slope() *
+                                  (record(scaled(k, share, answer.by_parameter[body++]), faults) - nothing));
       } else if (unknown.source == Unknown::Source::discretisation) {
-        out.derivatives.push_back(record(correction, faults) - nothing);
+        constexpr double kStep = 1e-4;
+        const RowMatrix by_share = (scaled(k, share + kStep, answer.values) - scaled(k, share, answer.values)) / kStep;
+        out.derivatives.push_back(record(correction + by_share, faults) - nothing);
       } else {
         MeasurementFaults shifted = faults;
         // Of a latency half a millisecond to both sides: answers are interpolated linearly.

@@ -19,7 +19,7 @@ struct Hypothesis {
   bool numbers = true;  // stiffness and compressibility may differ from the assumed
   bool latency = false, registration = false;
   std::vector<SlippedMarker> slips;
-  std::vector<std::string> held;  // unknowns that stay at their neutral value
+  std::vector<std::pair<std::string, double>> fixed;  // numbers of effects that are not fitted, and what they are
 };
 
 struct Unknown {
@@ -43,8 +43,11 @@ struct FitData {
   const RecordedSession* session = nullptr;
   std::vector<LoadPath> paths;  // (trials)
   ErrorModel errors;
-  std::vector<RowMatrix> correction;  // (trials) (keys x channels): what finer elements answer less the fits' own
-  double correction_sd = 0.4;         // as a share of it
+  // What finer elements answer where nothing is left out: less the fits' own (markers and targets), (trials) (keys x
+  // channels), and as a multiple of it (forces), (trials x pads).
+  std::vector<RowMatrix> correction;
+  RowMatrix force_factor;
+  double correction_sd = 0.4;  // as a share of it
   FemElement element = FemElement::p2;
   const std::atomic<bool>* stop = nullptr;
 };

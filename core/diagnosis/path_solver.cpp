@@ -64,6 +64,7 @@ void PathSolver::differentiate(const LoadKey& key, double time_step, const FemHi
   if (!equilibrium_.factor_at(state.x, time_step, before, state.hold, residual)) return;
   FemState at = state;
   at.force = at.reaction = residual;
+  at.pressed = equilibrium_.pressed(at.x, time_step, before);
   const Eigen::RowVectorXd seen = observe(at, key.pads);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const double value = values_.at(parameters[j].name), step = parameters[j].step;
@@ -73,6 +74,7 @@ void PathSolver::differentiate(const LoadKey& key, double time_step, const FemHi
     at.x = state.x + equilibrium_.factor().solve(residual - shifted);
     equilibrium_.terms(at.x, time_step, perturbed[j], at.force);
     at.reaction = at.force;
+    at.pressed = equilibrium_.pressed(at.x, time_step, perturbed[j]);
     derivatives[j] = (observe(at, key.pads) - seen) / step;
     equilibrium_.accept(at.x, time_step, perturbed[j]);
     model_.set_parameter(parameters[j].name, value);
