@@ -44,9 +44,9 @@ struct FitData {
   std::vector<LoadPath> paths;  // (trials)
   ErrorModel errors;
   // What finer elements answer where nothing is left out: less the fits' own (markers and targets), (trials) (keys x
-  // channels), and as a multiple of it (forces), (trials x pads).
+  // channels), and as a multiple of it (forces), (trials) (keys x pads).
   std::vector<RowMatrix> correction;
-  RowMatrix force_factor;
+  std::vector<RowMatrix> force_factor;
   double correction_sd = 0.4;  // as a share of it
   FemElement element = FemElement::p2;
   const std::atomic<bool>* stop = nullptr;
