@@ -47,8 +47,8 @@ class FemLaw : public FemAdjustable {
 // element where the rule has a negative weight (that of degree 3).
 class FemField : public FemAdjustable {
  public:
-  // Above 0; rest: mm, tissue.
-  virtual double factor(const Vec3& rest) const = 0;
+  // Natural logarithm of the factor; rest: mm, tissue.
+  virtual double log_factor(const Vec3& rest) const = 0;
 };
 
 }  // namespace tissued::core

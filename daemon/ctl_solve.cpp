@@ -29,6 +29,7 @@ struct SolveArguments {
   std::vector<std::string> pushes;
   std::string gravity;
   std::vector<std::string> overrides;
+  std::vector<std::string> effects;
   std::string mesh;
   std::string out;
   std::string curve;
@@ -128,7 +129,7 @@ void write_curve(const std::string& path, const std::vector<core::StaticIteratio
 nlohmann::json vector_json(const core::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 nlohmann::json answer_json(const core::Scene& scene, const std::vector<core::PadInput>& inputs,
-                           const StaticAnswer& answer) {
+                           const StaticAnswer& answer, const std::vector<ChosenEffect>& effects) {
   nlohmann::json pads = nlohmann::json::object(), displacement = nlohmann::json::object();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (inputs[i].kind == core::PadInput::Kind::absent) continue;
@@ -142,6 +143,7 @@ nlohmann::json answer_json(const core::Scene& scene, const std::vector<core::Pad
   all.update({{"converged", answer.converged},
               {"trouble", answer.trouble},
               {"pads", pads},
+              {"effects", effects_json(effects)},
               {"displacement_mm", displacement}});
   return all;
 }
@@ -171,12 +173,16 @@ void check_model(const SolveArguments& arguments) {
     throw UsageError("--element: " + arguments.model + " has no " + element);
   if (is_fem(arguments) && !arguments.curve.empty()) throw UsageError("--curve: fem has none; its corrections are few");
   if (!is_fem(arguments) && arguments.fem.duration > 0.0) throw UsageError("--dynamic: only fem has inertia here");
+  if (!is_fem(arguments) && !arguments.effects.empty()) throw UsageError("--effect: only fem has effects here");
+  if (arguments.fem.hold > 0.0 && (!is_fem(arguments) || arguments.fem.duration > 0.0))
+    throw UsageError("--hold: only for fem, without --dynamic");
 }
 
-StaticAnswer solve(const SolveArguments& arguments, const core::Scene& scene,
-                   const std::vector<core::PadInput>& inputs) {
+StaticAnswer solve(const SolveArguments& arguments, const core::Scene& scene, const std::vector<core::PadInput>& inputs,
+                   const std::vector<ChosenEffect>& effects) {
   if (is_fem(arguments)) {
     FemRun run = arguments.fem;
+    run.effects = effects;
     if (arguments.element == "p1") run.element = core::FemElement::p1;
     if (arguments.tolerance) run.tolerance = *arguments.tolerance;
     return answer_of_fem(scene, inputs, run);
@@ -191,20 +197,23 @@ StaticAnswer solve(const SolveArguments& arguments, const core::Scene& scene,
   return answer;
 }
 
-int run_solve(const SolveArguments& arguments) {
+int run_solve(SolveArguments arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension().string();
   if (!arguments.out.empty() && extension != ".csv" && extension != ".vtu") {
     throw UsageError("--out: " + arguments.out + " ends neither in .csv nor in .vtu");
   }
   check_model(arguments);
   const std::map<std::string, double> pushes = parse_pushes(arguments.pushes);
+  const std::vector<std::string> settings = take_effect_settings(arguments.effects, arguments.overrides);
   const core::Scene scene = load_static_scene(arguments);
+  const std::vector<ChosenEffect> effects = choose_effects(scene, arguments.effects, settings);
   const std::vector<core::PadInput> inputs = pad_inputs(scene, pushes);
-  const StaticAnswer answer = solve(arguments, scene, inputs);
+  const StaticAnswer answer = solve(arguments, scene, inputs, effects);
   if (!arguments.out.empty()) write_answer(arguments.out, scene, answer);
   if (arguments.json) {
-    std::puts(answer_json(scene, inputs, answer).dump(1).c_str());
+    std::puts(answer_json(scene, inputs, answer, effects).dump(1).c_str());
   } else {
+    for (const ChosenEffect& chosen : effects) std::printf("%s\n", chosen.effect->sentence(chosen.values).c_str());
     print_answer(scene, inputs, answer);
   }
   if (answer.converged) return kSuccess;
@@ -249,9 +258,17 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   solve->add_option("--gravity", a.gravity, "x,y,z in multiples of g0; the bundle's unless given")->type_name("X,Y,Z");
   solve
-      ->add_option("--set", a.overrides, "KEY=VALUE of bundle.json, e.g. material.poissons_ratio=0.42; may be repeated")
+      ->add_option("--set", a.overrides,
+                   "KEY=VALUE of bundle.json, e.g. material.poissons_ratio=0.42, or of an effect, e.g. "
+                   "viscoelasticity.g1=0.4; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  solve->add_option("--effect", a.effects, "Physics that the bundle does not assume (fem): " + join_or(effect_kinds()))
+      ->type_name("KIND")
+      ->allow_extra_args(false);
+  solve->add_option("--hold", a.fem.hold, "The pads stay for so many seconds, for effects with memory (fem)")
+      ->type_name("S")
+      ->check(in_range(1e-6, 1e6));
   solve->add_option("--mesh", a.mesh, "Another mesh than the bundle's, with the same surface groups")
       ->type_name("FILE");
   solve

@@ -51,6 +51,23 @@ core::FemReport travel(core::FemEquilibrium& equilibrium, core::FemState& state,
   return total;
 }
 
+// There in no time, then held: in steps that grow, as what relaxes gets slower.
+core::FemReport push_and_hold(core::FemEquilibrium& equilibrium, core::FemState& state,
+                              std::span<const core::PadInput> pads, const FemRun& run,
+                              const core::FemControl& control) {
+  core::FemReport report = core::solve_static(equilibrium, state, {pads, nullptr}, control);
+  constexpr int kSteps = 12;
+  const auto time = [&run](int step) { return run.hold * std::pow(static_cast<double>(step) / kSteps, 3.0); };
+  for (int n = 1; n <= kSteps && run.hold > 0.0 && report.converged; ++n) {
+    core::FemReport step = core::solve_static(equilibrium, state, {pads, nullptr}, control, time(n) - time(n - 1));
+    step.load_steps += report.load_steps;
+    step.corrections += report.corrections;
+    step.factorizations += report.factorizations;
+    report = step;
+  }
+  return report;
+}
+
 }  // namespace
 
 StaticAnswer answer_of_admm(const core::Scene& scene, std::span<const core::PadInput> pads,
@@ -82,13 +99,15 @@ StaticAnswer answer_of_admm(const core::Scene& scene, std::span<const core::PadI
 StaticAnswer answer_of_fem(const core::Scene& scene, std::span<const core::PadInput> pads, const FemRun& run) {
   core::FemOptions options;
   options.element = run.element;
-  const core::FemModel model(scene, options);
+  for (const ChosenEffect& chosen : run.effects) options.effects.push_back(core::fem_effect(*chosen.effect));
+  core::FemModel model(scene, options);
+  for (const ChosenEffect& chosen : run.effects) core::set_effect(model, *chosen.effect, chosen.values);
   core::FemEquilibrium equilibrium(model, run.threads);
   core::FemState state = core::rest_state(model);
   core::FemControl control;
   control.tolerance = run.tolerance;
   const core::FemReport report = run.duration > 0.0 ? travel(equilibrium, state, pads, run, control)
-                                                    : core::solve_static(equilibrium, state, {pads, nullptr}, control);
+                                                    : push_and_hold(equilibrium, state, pads, run, control);
   StaticAnswer answer;
   const Eigen::VectorXd rest = model.rest(), moved = state.x - rest;
   for (int i = 0; i < model.mesh().node_count(); ++i) {

@@ -9,6 +9,7 @@
 
 #include "core/fem_solver.hpp"
 #include "core/static_solve.hpp"
+#include "daemon/chosen_effects.hpp"
 
 namespace tissued::daemon {
 
@@ -33,6 +34,8 @@ struct FemRun {
   double tolerance = 1e-8;  ///< mm, of Newton's last correction
   double duration = 0.0;    ///< s that the pads travel, with inertia; 0: quasi-static
   double time_step = 0.01;  ///< s, of generalized-alpha
+  double hold = 0.0;        ///< s that the pads stay before the answer is read; for effects with memory
+  std::vector<ChosenEffect> effects;
   int threads = 2;
 };
 

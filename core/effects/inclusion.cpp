@@ -14,12 +14,17 @@ constexpr int kCenter = 0, kRadius = 3, kRatio = 4;  // of the numbers
 
 class Lump final : public WithNumbers<FemField> {
  public:
-  using WithNumbers::WithNumbers;
-  double factor(const Vec3& rest) const override {
-    if (number(kRatio) == 1.0) return 1.0;
-    const double distance = (rest - vector(kCenter)).norm();
-    return std::exp(std::log(number(kRatio)) * smooth_inside(distance, smooth_ball_radius(number(kRadius))));
+  Lump(const Effect& effect, const Scene& scene) : WithNumbers(effect, scene) { changed(); }
+  double log_factor(const Vec3& rest) const override {
+    return log_ratio_ == 0.0 ? 0.0 : log_ratio_ * smooth_inside((rest - vector(kCenter)).norm(), radius_);
   }
+
+ private:
+  void changed() override {
+    log_ratio_ = std::log(number(kRatio));
+    radius_ = smooth_ball_radius(number(kRadius));
+  }
+  double log_ratio_ = 0.0, radius_ = 0.0;
 };
 
 class Inclusion final : public Effect {

@@ -10,6 +10,8 @@ inline constexpr double kEdgeWidth = 1.0;  // mm; from 12 % to 88 % it is four t
 
 // 1 inside, 1/2 at the edge, 0 outside.
 inline double smooth_inside(double distance, double radius) {
+  constexpr double kFar = 40.0;  // widths, beyond which there is nothing left
+  if (distance - radius > kFar * kEdgeWidth) return 0.0;
   return 1.0 / (1.0 + std::exp((distance - radius) / kEdgeWidth));
 }
 

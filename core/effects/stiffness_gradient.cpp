@@ -13,7 +13,7 @@ namespace {
 class Slope final : public WithNumbers<FemField> {
  public:
   using WithNumbers::WithNumbers;
-  double factor(const Vec3& rest) const override { return std::exp(vector(0).dot(rest)); }
+  double log_factor(const Vec3& rest) const override { return vector(0).dot(rest); }
 };
 
 class StiffnessGradient final : public Effect {

@@ -212,8 +212,34 @@ TEST_CASE("solve answers by finite elements, too, still or with inertia") {
   CHECK(absurd.code == 1);
   CHECK_THAT(absurd.err, Catch::Contains("% of the load"));
   for (const char* wrong :
-       {" --element p2", " --model fem --element smoothed", " --dynamic 1", " --model fem --curve x"})
+       {" --element p2", " --model fem --element smoothed", " --dynamic 1", " --model fem --curve x", " --effect skin",
+        " --model fem --effect magic", " --model fem --effect skin --effect skin",
+        " --model fem --effect skin --set skin.thickness=1", " --model fem --effect skin --set skin.stiffness=much",
+        " --model fem --effect skin --set skin.stiffness=-1", " --model fem --set skin.stiffness=1", " --hold 1",
+        " --model fem --dynamic 1 --hold 1"})
     CHECK(run("solve " + kDemo + wrong).code == 2);
+}
+
+TEST_CASE("solve asks what effects would change, and says them in words") {
+  const auto force = [](const std::string& options) {
+    const Outcome outcome = run("solve " + kDemo + " --push A1=5 --model fem --element p1 --json " + options);
+    REQUIRE(outcome.code == 0);
+    const nlohmann::json answer = nlohmann::json::parse(outcome.out);
+    return std::pair{-answer["pads"]["A1"]["force_N"][0].get<double>(), answer["effects"]};
+  };
+  const auto plain = force("");
+  CHECK(plain.second.empty());
+  const auto skin = force("--effect skin --set skin.stiffness=50");
+  CHECK(skin.first > 1.02 * plain.first);
+  CHECK(skin.second[0]["parameters"]["stiffness"] == 50.0);
+  const std::string relaxing = "--effect viscoelasticity --set viscoelasticity.g1=0.5 --set viscoelasticity.tau1=1 ";
+  CHECK(force(relaxing).first == Approx(plain.first).epsilon(1e-6));
+  CHECK(force(relaxing + "--hold 1").first < 0.9 * plain.first);
+  CHECK(force(relaxing + "--hold 20").first < 0.8 * plain.first);
+  const Outcome words = run("solve " + kDemo +
+                            " --push A1=5 --model fem --element p1 --effect gravity "
+                            "--set gravity.gravity.z=-1 --set material.youngs_modulus=20");
+  CHECK_THAT(words.out, Catch::Contains("The tissue's weight acts with 1.00 g along (0.00, 0.00, -1.00)."));
 }
 
 TEST_CASE("evaluate writes scores and a page, and sums them up") {

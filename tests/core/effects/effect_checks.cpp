@@ -128,6 +128,7 @@ void check_words(const Effect& effect, const std::vector<Chosen>& chosen) {
   const std::string sentence = effect.sentence(values);
   CHECK(sentence.size() > 20);
   CHECK(sentence.back() == '.');
+  CHECK(sentence.find("nan") == std::string::npos);
   for (const EffectNumber& number : effect.reported(values)) CHECK(std::isfinite(number.value));
 }
 

@@ -27,6 +27,11 @@ TEST_CASE("weight as an effect is the weight of a scene that knew it", "[effects
   CHECK((x[0] - x[1]).norm() == 0.0);
 }
 
+TEST_CASE("a sentence has no negative zeros", "[effects]") {
+  CHECK(gravity_effect().sentence(std::vector<double>{-1.0, -1e-9, 0.0}) ==
+        "The tissue's weight acts with 1.00 g along (-1.00, 0.00, 0.00).");
+}
+
 TEST_CASE("gravity: derivatives, neutral numbers, words", "[effects]") {
   check_derivatives(gravity_effect(), {{"gravity.x", 1.0}});
   check_neutral(gravity_effect(), 1e-12);
