@@ -121,8 +121,7 @@ class Evaluator {
     const Channels channels = channels_of(data_->session->scene);
     RowMatrix out = answers;
     for (int pad = 0; pad < channels.pads; ++pad)
-      out.middleCols<3>(channels.of_force(pad)).array().colwise() *=
-          data_->force_factor[k].col(pad).array().pow(share);
+      out.middleCols<3>(channels.of_force(pad)).array().colwise() *= data_->force_factor[k].col(pad).array().pow(share);
     return out;
   }
 

@@ -51,7 +51,7 @@ LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel
     frames_.push_back({trial.time[f], load_of(trial.pads[f], scene), coordinate});
     peak_load_ = std::max(peak_load_, frames_.back().load);
   }
-  add_key(trial, trial.time.front());
+  add_key(trial, trial.time.front(), true);
   double rest_begin = trial.time.front(), next_rest = kFirstRestTime;
   bool was_still = false;
   for (int f = 1; f < trial.frame_count(); ++f) {
@@ -59,14 +59,14 @@ LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel
     const double moved = largest_distance(trial.pads[f - 1], trial.pads[f]);
     const bool still = moved < kStillSpeed * step;
     if (still != was_still || moved > 1e8) {
-      add_key(trial, trial.time[f - 1]);
+      add_key(trial, trial.time[f - 1], true);
       rest_begin = trial.time[f - 1];
       next_rest = kFirstRestTime;
     }
     was_still = still;
     if (still) {
       if (trial.time[f] - rest_begin < next_rest) continue;
-      add_key(trial, trial.time[f]);
+      add_key(trial, trial.time[f], false);
       next_rest *= 2.0;
       continue;
     }
@@ -76,15 +76,18 @@ LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel
     for (double level = travel * std::ceil(std::min(from, to) / travel); level < std::max(from, to); level += travel)
       if (level > std::min(from, to)) crossings.push_back((level - from) / (to - from));
     std::sort(crossings.begin(), crossings.end());
-    for (double share : crossings) add_key(trial, trial.time[f - 1] + share * step);
+    for (double share : crossings) add_key(trial, trial.time[f - 1] + share * step, false);
   }
-  add_key(trial, trial.time.back());
+  add_key(trial, trial.time.back(), true);
   number_poses();
 }
 
-void LoadPath::add_key(const RecordedTrial& trial, double time) {
+void LoadPath::add_key(const RecordedTrial& trial, double time, bool is_kink) {
   constexpr double kLeastStep = 1e-4;  // s
-  if (!keys_.empty() && time < keys_.back().time + kLeastStep) return;
+  if (!keys_.empty() && time < keys_.back().time + kLeastStep) {
+    is_kink_.back() |= static_cast<std::uint8_t>(is_kink);
+    return;
+  }
   const auto after = std::upper_bound(trial.time.begin(), trial.time.end(), time);
   const std::size_t next = std::min<std::size_t>(after - trial.time.begin(), trial.time.size() - 1);
   const std::size_t last = next > 0 ? next - 1 : 0;
@@ -97,6 +100,7 @@ void LoadPath::add_key(const RecordedTrial& trial, double time) {
   key.load = load_of(key.pads, *scene_);
   keys_.push_back(std::move(key));
   key_coordinates_.push_back(coordinate(time));
+  is_kink_.push_back(is_kink);
 }
 
 void LoadPath::number_poses() {
@@ -130,17 +134,36 @@ double LoadPath::coordinate(double time) const {
 
 PathPlace LoadPath::place(double time) const {
   const double at = coordinate(time);
-  const auto next = std::upper_bound(key_coordinates_.begin(), key_coordinates_.end(), at);
-  if (next == key_coordinates_.begin()) return {0, 0.0};
-  if (next == key_coordinates_.end()) return {static_cast<int>(keys_.size()) - 1, 0.0};
-  const double begin = *(next - 1);
-  return {static_cast<int>(next - key_coordinates_.begin()) - 1, (at - begin) / (*next - begin)};
+  const int last = static_cast<int>(keys_.size()) - 1;
+  const int next = static_cast<int>(std::upper_bound(key_coordinates_.begin(), key_coordinates_.end(), at) -
+                                    key_coordinates_.begin());
+  if (next == 0) return {{0, 0, 0, 0}, {1.0, 0.0, 0.0, 0.0}};
+  if (next > last) return {{last, last, last, last}, {1.0, 0.0, 0.0, 0.0}};
+  const int k = next - 1;
+  const double span = key_coordinates_[next] - key_coordinates_[k], t = (at - key_coordinates_[k]) / span;
+  PathPlace place{{std::max(0, k - 1), k, next, std::min(last, next + 1)}, {0.0, 0.0, 0.0, 0.0}};
+  // Hermite: values at both ends and slopes there, of the chord across the end, or of the segment at a kink.
+  place.weights[1] += (1.0 + 2.0 * t) * (1.0 - t) * (1.0 - t);
+  place.weights[2] += t * t * (3.0 - 2.0 * t);
+  const auto add_slope = [&](int end, double weight) {
+    const bool is_first = end == k;
+    const int from = is_first && !is_kink_[end] ? 0 : 1, to = is_first || is_kink_[end] ? 2 : 3;
+    const double run = key_coordinates_[place.keys[to]] - key_coordinates_[place.keys[from]];
+    place.weights[to] += weight * span / run;
+    place.weights[from] -= weight * span / run;
+  };
+  add_slope(k, t * (1.0 - t) * (1.0 - t));
+  add_slope(next, -t * t * (1.0 - t));
+  return place;
 }
 
 double LoadPath::load(double time) const {
-  const PathPlace at = place(time);
-  const double last = keys_[at.key].load;
-  return at.share > 0.0 ? last + at.share * (keys_[at.key + 1].load - last) : last;
+  if (time <= frames_.front().time) return frames_.front().load;
+  const auto next = std::lower_bound(frames_.begin(), frames_.end(), time,
+                                     [](const Frame& frame, double t) { return frame.time < t; });
+  if (next == frames_.end()) return frames_.back().load;
+  const Frame& last = *(next - 1);
+  return last.load + (next->load - last.load) * (time - last.time) / (next->time - last.time);
 }
 
 }  // namespace tissued::core

@@ -3,6 +3,7 @@
 // both.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -17,10 +18,11 @@ struct LoadKey {
   int pose = 0;                // keys of equal pads share it; 0: at rest
 };
 
-// Where an instant lies: (1 - share) of `key` and `share` of the next one.
+// What an answer at some instant is of the answers at the keys: a cubic through the nearest, which does not smooth over
+// the instants at which pads begin or cease to move.
 struct PathPlace {
-  int key = 0;
-  double share = 0.0;
+  std::array<int, 4> keys{};
+  std::array<double, 4> weights{};
 };
 
 class LoadPath {
@@ -39,7 +41,7 @@ class LoadPath {
   struct Frame {
     double time, load, coordinate;
   };
-  void add_key(const RecordedTrial& trial, double time);
+  void add_key(const RecordedTrial& trial, double time, bool is_kink);
   void number_poses();
   double coordinate(double time) const;
 
@@ -47,6 +49,7 @@ class LoadPath {
   std::vector<Frame> frames_;
   std::vector<LoadKey> keys_;
   std::vector<double> key_coordinates_;
+  std::vector<std::uint8_t> is_kink_;  // (keys) the way changes there
   int pose_count_ = 1;
   double peak_load_ = 0.0;
 };

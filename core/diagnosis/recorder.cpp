@@ -25,10 +25,11 @@ RowMatrix recorded(const RecordedTrial& trial, int trial_index, const LoadPath& 
   const Channels channels = channels_of(scene);
   const int seen = 3 * (channels.markers + channels.targets);
   RowMatrix out(trial.frame_count(), channels.count());
-  const auto at = [&answers](const PathPlace& place, Eigen::Index begin, Eigen::Index count) -> Eigen::RowVectorXd {
-    if (place.share == 0.0) return answers.row(place.key).segment(begin, count);
-    return (1.0 - place.share) * answers.row(place.key).segment(begin, count) +
-           place.share * answers.row(place.key + 1).segment(begin, count);
+  const auto at = [&answers](const PathPlace& place, Eigen::Index begin, Eigen::Index count) {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(count);
+    for (std::size_t k = 0; k < place.keys.size(); ++k)
+      if (place.weights[k] != 0.0) sum += place.weights[k] * answers.row(place.keys[k]).segment(begin, count);
+    return sum;
   };
   for (int f = 0; f < trial.frame_count(); ++f) {
     out.row(f).head(seen) = at(path.place(trial.time[f] - faults.latency), 0, seen);
