@@ -315,6 +315,35 @@ Fit assess(const FitData& data, const Hypothesis& hypothesis,
   return fit;
 }
 
+std::vector<std::size_t> most_promising(const FitData& data, const Hypothesis& hypothesis,
+                                        const std::vector<std::vector<std::pair<std::string, double>>>& starts,
+                                        std::vector<double>* promises) {
+  const Channels channels = channels_of(data.session->scene);
+  Evaluator evaluator(data, hypothesis);
+  std::vector<double> promised(starts.size(), std::numeric_limits<double>::infinity());
+  ErrorModel errors;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    Fit at;
+    at.unknowns = unknowns_of(hypothesis, data);
+    begin_at(starts[i], at.unknowns);
+    if (!evaluator.run(at.unknowns, true, at)) continue;
+    // One measure for all of them.
+    if (errors.noise.size() == 0)
+      errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(at.residuals)));
+    const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
+    const Eigen::VectorXd step = step_of(equations, at.unknowns, 1e-2);
+    const Eigen::VectorXd pull = equations.gradient + pull_of_prior(at.unknowns);
+    promised[i] = equations.chi_square + penalty_of(at.unknowns) - 2.0 * pull.dot(step) +
+                  step.dot(with_prior(equations.normal, at.unknowns) * step);
+  }
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < starts.size(); ++i)
+    if (std::isfinite(promised[i])) order.push_back(i);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return promised[a] < promised[b]; });
+  if (promises != nullptr) *promises = promised;
+  return order;
+}
+
 Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
         int most_evaluations) {
   Fit best;

@@ -77,6 +77,11 @@ struct Fit {
 Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
         int most_evaluations);
 
+// Which of several starts promise the most after one step, best first. Those without an equilibrium are left out.
+std::vector<std::size_t> most_promising(const FitData& data, const Hypothesis& hypothesis,
+                                        const std::vector<std::vector<std::pair<std::string, double>>>& starts,
+                                        std::vector<double>* promises = nullptr);
+
 // The unknowns at their neutral values, without a fit: what the assumed physics predicts.
 Fit assess(const FitData& data, const Hypothesis& hypothesis,
            const std::vector<std::pair<std::string, double>>& values = {});

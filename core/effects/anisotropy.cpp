@@ -63,6 +63,13 @@ class Anisotropy final : public Effect {
             {"axis.y", "1", axis.y()},
             {"axis.z", "1", axis.z()}};
   }
+  std::vector<std::vector<double>> starts(const Scene&) const override {
+    std::vector<std::vector<double>> starts;
+    for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(1, 1, 0), Vec3(1, -1, 0), Vec3(1, 0, 1),
+                             Vec3(1, 0, -1), Vec3(0, 1, 1), Vec3(0, 1, -1)})
+      starts.push_back({1.0, axis.normalized().x(), axis.normalized().y(), axis.normalized().z()});
+    return starts;
+  }
   void add_to(const Scene& scene, const FemMesh&, FemPhysics& physics) const override {
     physics.laws.push_back(std::make_unique<Fibres>(*this, scene));
   }

@@ -19,7 +19,7 @@ struct EffectParameter {
   double neutral = 0.0;      // where the effect is absent; of a place, time or axis any sane start
   double typical = 1.0;      // how much it may well differ: prior sd, scale of differences; of the logarithm where that
   bool logarithmic = false;  // it is fitted in its logarithm
-  bool fixed = false;        // a switch to try, 0 or 1 (or 2), not a number to fit
+  bool fixed = false;        // is not fitted: a switch, or what the effect's simplest form does not need
 };
 
 // A number as a report gives it.
@@ -41,6 +41,9 @@ class Effect {
   virtual std::span<const EffectParameter> parameters() const = 0;
   // Beside parameters(): EffectParameter::neutral, and what the scene knows better (its gravity, its middle).
   virtual std::vector<double> neutral(const Scene& scene) const;
+  // Where fits may begin, the effect there to be seen: places over the body, axes, times. Unless said otherwise: the
+  // first number at what is typical.
+  virtual std::vector<std::vector<double>> starts(const Scene& scene) const;
   // Under the names of the contract where fitting uses others (r for 1/r, axis and k for a slope); else as they are.
   virtual std::vector<EffectNumber> reported(std::span<const double> values) const;
 

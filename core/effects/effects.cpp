@@ -41,6 +41,12 @@ std::vector<double> Effect::neutral(const Scene&) const {
   return values;
 }
 
+std::vector<std::vector<double>> Effect::starts(const Scene& scene) const {
+  std::vector<double> values = neutral(scene);
+  values.front() += parameters().front().typical;
+  return {values};
+}
+
 std::vector<EffectNumber> Effect::reported(std::span<const double> values) const {
   std::vector<EffectNumber> numbers;
   for (std::size_t k = 0; k < values.size(); ++k)

@@ -27,6 +27,7 @@ class GravityEffect final : public Effect {
   std::vector<double> neutral(const Scene& scene) const override {
     return {scene.gravity.x(), scene.gravity.y(), scene.gravity.z()};
   }
+  std::vector<std::vector<double>> starts(const Scene& scene) const override { return {neutral(scene)}; }
   void add_to(const Scene&, const FemMesh&, FemPhysics& physics) const override {
     physics.other_names["gravity.gravity.x"] = "gravity_x";
     physics.other_names["gravity.gravity.y"] = "gravity_y";

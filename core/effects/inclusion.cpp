@@ -4,6 +4,7 @@
 
 #include "core/effects/effect_numbers.hpp"
 #include "core/effects/smooth_edge.hpp"
+#include "core/effects/spread_places.hpp"
 #include "core/effects/wording.hpp"
 
 namespace tissued::core {
@@ -48,6 +49,19 @@ class Inclusion final : public Effect {
   std::vector<double> neutral(const Scene& scene) const override {
     const Vec3 middle = scene.mesh.rest.colwise().mean().transpose();
     return {middle.x(), middle.y(), middle.z(), parameters()[kRadius].neutral, parameters()[kRatio].neutral};
+  }
+  std::vector<std::vector<double>> starts(const Scene& scene) const override {
+    constexpr std::size_t kPlaces = 40;
+    constexpr double kShareOfReach = 0.18, kRatioToBeginWith = 1.5;
+    std::vector<Vec3> middles;
+    for (const Tet& tet : scene.mesh.tets)
+      middles.push_back(0.25 * (scene.mesh.node(tet[0]) + scene.mesh.node(tet[1]) + scene.mesh.node(tet[2]) +
+                                scene.mesh.node(tet[3])));
+    const Eigen::RowVector3d size = scene.mesh.rest.colwise().maxCoeff() - scene.mesh.rest.colwise().minCoeff();
+    std::vector<std::vector<double>> starts;
+    for (const Vec3& place : spread_places(middles, kPlaces))
+      starts.push_back({place.x(), place.y(), place.z(), kShareOfReach * 0.5 * size.maxCoeff(), kRatioToBeginWith});
+    return starts;
   }
   void add_to(const Scene& scene, const FemMesh&, FemPhysics& physics) const override {
     physics.fields.push_back(std::make_unique<Lump>(*this, scene));

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "core/effects/facet_springs.hpp"
+#include "core/effects/spread_places.hpp"
 #include "core/effects/smooth_edge.hpp"
 #include "core/effects/wording.hpp"
 #include "core/scene_places.hpp"
@@ -51,9 +52,9 @@ class LooseBase final : public Effect {
   std::span<const EffectParameter> parameters() const override {
     static const std::array<EffectParameter, 6> kParameters{{{"center.x", "mm", -1e4, 1e4, 0.0, 10.0},
                                                              {"center.y", "mm", -1e4, 1e4, 0.0, 10.0},
-                                                             {"center.z", "mm", -1e4, 1e4, 0.0, 10.0},
+                                                             {"center.z", "mm", -1e4, 1e4, 0.0, 10.0, false, true},
                                                              {"radius", "mm", 2.0, 200.0, 12.0, 0.5, true},
-                                                             {"looseness", "1", 0.0, 1.0, 0.0, 0.4},
+                                                             {"looseness", "1", 0.0, 1.0, 0.0, 0.4, false, true},
                                                              {"normal_held", "1", 0.0, 1.0, 1.0, 1.0, false, true}}};
     return kParameters;
   }
@@ -66,8 +67,20 @@ class LooseBase final : public Effect {
   }
   std::vector<EffectNumber> reported(std::span<const double> values) const override {
     std::vector<EffectNumber> numbers = Effect::reported(values);
-    numbers.pop_back();
+    numbers.resize(4);  // where, how far
     return numbers;
+  }
+  std::vector<std::vector<double>> starts(const Scene& scene) const override {
+    constexpr std::size_t kPlaces = 12;
+    constexpr double kShareOfBase = 0.35;
+    std::vector<Vec3> nodes;
+    for (int node : nodes_of(base_of(scene))) nodes.push_back(scene.mesh.node(node));
+    double reach = 0.0;
+    for (const Vec3& node : nodes) reach = std::max(reach, 0.5 * (node - nodes.front()).norm());
+    std::vector<std::vector<double>> starts;
+    for (const Vec3& place : spread_places(nodes, kPlaces))
+      starts.push_back({place.x(), place.y(), place.z(), kShareOfBase * reach, 1.0, 1.0});
+    return starts;
   }
   void add_to(const Scene& scene, const FemMesh& mesh, FemPhysics& physics) const override {
     physics.terms.push_back(std::make_unique<BaseSprings>(*this, scene, mesh));

@@ -67,6 +67,7 @@ class SlidingActuator final : public Effect {
   std::vector<EffectNumber> reported(std::span<const double> values) const override {
     return {{"slip", "1", values[kSlip]}};
   }
+  std::vector<std::vector<double>> starts(const Scene&) const override { return {{0.8, 0.0}}; }
   void add_to(const Scene& scene, const FemMesh& mesh, FemPhysics& physics) const override {
     physics.terms.push_back(std::make_unique<PadSprings>(*this, scene, mesh, facets_of(scene, mesh)));
     physics.pads_hold = false;

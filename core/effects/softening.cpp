@@ -67,6 +67,7 @@ class Softening final : public Effect {
   std::vector<EffectNumber> reported(std::span<const double> values) const override {
     return {{"r", "1", 1.0 / std::max(values[kInverseR], 1e-6)}, {"w0", "kPa", values[kEnergy]}};
   }
+  std::vector<std::vector<double>> starts(const Scene&) const override { return {{0.3, 0.02}, {0.3, 0.1}, {0.3, 0.5}}; }
   void add_to(const Scene& scene, const FemMesh&, FemPhysics& physics) const override {
     physics.laws.push_back(std::make_unique<Weakening>(*this, scene, moduli_of(scene)));
   }

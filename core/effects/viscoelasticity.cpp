@@ -135,14 +135,19 @@ class Viscoelasticity final : public Effect {
   std::span<const EffectParameter> parameters() const override {
     static const std::array<EffectParameter, 4> kParameters{{{"g1", "1", 0.0, 0.95, 0.0, 0.3},
                                                              {"tau1", "s", 1e-3, 1e4, 0.5, 1.0, true},
-                                                             {"g2", "1", 0.0, 0.95, 0.0, 0.3},
-                                                             {"tau2", "s", 1e-3, 1e4, 5.0, 1.0, true}}};
+                                                             {"g2", "1", 0.0, 0.95, 0.0, 0.3, false, true},
+                                                             {"tau2", "s", 1e-3, 1e4, 5.0, 1.0, true, true}}};
     return kParameters;
   }
   std::vector<EffectNumber> reported(std::span<const double> values) const override {
     std::vector<EffectNumber> numbers = Effect::reported(values);
     if (values[2] == 0.0) numbers.resize(2);
     return numbers;
+  }
+  std::vector<std::vector<double>> starts(const Scene&) const override {
+    std::vector<std::vector<double>> starts;
+    for (double tau : {0.1, 0.5, 2.5}) starts.push_back({0.2, tau, 0.0, 5.0 * tau});
+    return starts;
   }
   void add_to(const Scene& scene, const FemMesh&, FemPhysics& physics) const override {
     physics.laws.push_back(std::make_unique<RelaxingStress>(*this, scene, moduli_of(scene)));

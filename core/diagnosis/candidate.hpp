@@ -1,0 +1,35 @@
+// An explanation on trial: what it supposes, from where its fits begin, and how it fares.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/diagnosis/fit.hpp"
+
+namespace tissued::core {
+
+using Values = std::vector<std::pair<std::string, double>>;
+
+struct Candidate {
+  std::vector<std::string> kinds;  // of the contract; empty: numbers only
+  Hypothesis hypothesis;
+  std::vector<Values> starts;    // at least one
+  Fit fast, exact;               // linear elements corrected by quadratic ones; quadratic ones
+  std::vector<double> promises;  // of the starts, where there were many
+
+  std::string name() const;
+  const Fit& best() const { return exact.solved ? exact : fast; }
+};
+
+// Only the assumed physics' own numbers.
+Candidate numbers_candidate();
+// Every effect that the session can show, every fault of measurement, one at a time.
+std::vector<Candidate> single_candidates(const RecordedSession& session, const FitData& data, const Fit& numbers);
+// Two that both have been fitted, begun where those ended.
+Candidate pair_candidate(const Candidate& first, const Candidate& second);
+
+// Numbers of a fit, to begin another one with.
+Values values_of(const Fit& fit);
+
+}  // namespace tissued::core

@@ -1,0 +1,328 @@
+#include "core/diagnosis/search.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "core/diagnosis/discretisation.hpp"
+
+namespace tissued::core {
+
+namespace {
+
+constexpr double kTravel = 2.0, kCoarseTravel = 4.0;  // mm between keys
+constexpr double kOffset = 0.5;                       // mm, to which markers are placed
+constexpr double kMarkerShare = 0.0045;               // of the load: what quadratic elements may err at a marker
+constexpr double kForceShare = 0.03;                  // of the peak force, likewise
+constexpr double kForceShape = 0.004;                 // of the peak force: what does not go with the load
+constexpr double kCorrectionMean = 0.7, kCorrectionSd = 0.3;
+constexpr int kFastEvaluations = 16, kExactEvaluations = 6;
+constexpr std::size_t kMostExact = 4, kMostPairs = 2, kStartsToFit = 2;
+constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
+
+class Work {
+ public:
+  Work(const SearchOptions& options) : options_(&options), begin_(std::chrono::steady_clock::now()) {}
+
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  bool over() {
+    if (seconds() > options_->budget || (options_->interrupted != nullptr && options_->interrupted->load()))
+      stop = true;
+    return stop;
+  }
+  void tell(double share, const std::string& what) {
+    if (!options_->progress) return;
+    const std::lock_guard lock(mutex_);
+    share_ = std::max(share_, share);
+    options_->progress(share_, what);
+  }
+  // Independent jobs over the threads; none is begun when time is over.
+  void all(std::size_t count, const std::function<void(std::size_t)>& job, double from, double to,
+           const std::function<std::string(std::size_t)>& what) {
+    const int threads = options_->threads > 0 ? options_->threads : omp_get_num_procs();
+    std::size_t done = 0;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+    for (std::size_t i = 0; i < count; ++i) {
+      if (over()) continue;
+      job(i);
+      std::size_t now = 0;
+#pragma omp atomic capture
+      now = ++done;
+      tell(from + (to - from) * static_cast<double>(now) / static_cast<double>(count), what(i));
+    }
+  }
+  std::atomic<bool> stop{false};
+
+ private:
+  const SearchOptions* options_;
+  std::chrono::steady_clock::time_point begin_;
+  std::mutex mutex_;
+  double share_ = 0.0;
+};
+
+std::size_t key_at_peak(const LoadPath& path) {
+  std::size_t peak = 0;
+  for (std::size_t k = 1; k < path.keys().size(); ++k)
+    if (path.keys()[k].load > path.keys()[peak].load + 1e-9) peak = k;
+  return peak;
+}
+
+// N, the largest force of a pad in a trial; 0 where none was seen.
+double peak_force(const RecordedTrial& trial, const Channels& channels, int pad) {
+  double peak = 0.0;
+  for (Eigen::Index f = 0; f < trial.seen.rows(); ++f) {
+    const double force = trial.seen.row(f).segment<3>(channels.of_force(pad)).norm();
+    if (std::isfinite(force)) peak = std::max(peak, force);
+  }
+  return peak;
+}
+
+// Pooled over the channels of a kind: a median of medians.
+void pool_noise(const Channels& channels, Eigen::VectorXd& noise) {
+  const auto pool = [&noise](int begin, int count) {
+    if (count == 0) return;
+    std::vector<double> all(noise.data() + begin, noise.data() + begin + count);
+    std::nth_element(all.begin(), all.begin() + count / 2, all.end());
+    noise.segment(begin, count).setConstant(all[static_cast<std::size_t>(count / 2)]);
+  };
+  pool(0, 3 * channels.markers);
+  pool(3 * channels.markers, 3 * channels.targets);
+  pool(3 * (channels.markers + channels.targets), 3 * channels.pads);
+}
+
+ErrorModel error_model(const RecordedSession& session) {
+  const Channels channels = channels_of(session.scene);
+  Eigen::VectorXd stated(channels.count());
+  for (int c = 0; c < channels.count(); ++c) stated[c] = session.noise_of(c);
+  ErrorModel errors;
+  errors.noise = noise_seen(session.trials, stated);
+  pool_noise(channels, errors.noise);
+  errors.offset.setZero(channels.count());
+  errors.offset.head(3 * channels.markers).setConstant(kOffset);
+  errors.discretisation.setZero(static_cast<Eigen::Index>(session.trials.size()), channels.count());
+  double largest = 0.0;
+  for (std::size_t k = 0; k < session.trials.size(); ++k)
+    for (int pad = 0; pad < channels.pads; ++pad) {
+      const double peak = peak_force(session.trials[k], channels, pad);
+      largest = std::max(largest, peak);
+      errors.discretisation.row(static_cast<Eigen::Index>(k))
+          .segment<3>(channels.of_force(pad))
+          .setConstant(kForceShare * peak);
+    }
+  errors.noise.tail(3 * channels.pads).array() =
+      (errors.noise.tail(3 * channels.pads).array().square() + std::pow(kForceShape * largest, 2)).sqrt();
+  return errors;
+}
+
+FitData fit_data(const RecordedSession& session, double travel, FemElement element, const ErrorModel& errors,
+                 const std::atomic<bool>* stop) {
+  FitData data;
+  data.session = &session;
+  data.errors = errors;
+  data.element = element;
+  data.stop = stop;
+  const Channels channels = channels_of(session.scene);
+  for (std::size_t k = 0; k < session.trials.size(); ++k) {
+    data.paths.emplace_back(session.trials[k], session.scene, travel);
+    const auto keys = static_cast<Eigen::Index>(data.paths.back().keys().size());
+    data.correction.push_back(RowMatrix::Zero(keys, channels.count()));
+    data.force_factor.push_back(RowMatrix::Ones(keys, channels.pads));
+    data.errors.discretisation.row(static_cast<Eigen::Index>(k))
+        .head(3 * (channels.markers + channels.targets))
+        .setConstant(kMarkerShare * data.paths.back().peak_load());
+  }
+  return data;
+}
+
+// What finer elements answer at the peak of each trial, into `exact`, in proportion to the load.
+double correct_by_finer(const RecordedSession& session, Work& work, FitData& exact) {
+  const Channels channels = channels_of(session.scene);
+  const int seen = 3 * (channels.markers + channels.targets);
+  std::vector<Eigen::RowVectorXd> differences(exact.paths.size()), factors(exact.paths.size());
+  const auto solve = [&](std::size_t k) {
+    PathSolver solver(session.scene, {});
+    PathAnswer answer;
+    const LoadPath& path = exact.paths[k];
+    if (!solver.solve(path, 0, {}, answer)) return;
+    const std::size_t peak = key_at_peak(path);
+    const FinerAnswer finer = finer_answer(session.scene, path.keys()[peak].pads, solver.positions(0)[peak]);
+    if (!finer.solved) return;
+    const Eigen::RowVectorXd coarse = answer.values.row(static_cast<Eigen::Index>(peak));
+    differences[k] = finer.values - coarse;
+    factors[k] = Eigen::RowVectorXd::Ones(channels.pads);
+    for (int pad = 0; pad < channels.pads; ++pad) {
+      const double force = coarse.segment<3>(channels.of_force(pad)).norm();
+      if (force > 1e-3) factors[k][pad] = finer.values.segment<3>(channels.of_force(pad)).norm() / force;
+    }
+  };
+  work.all(exact.paths.size(), solve, 0.05, 0.2,
+           [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
+  double square = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < exact.paths.size(); ++k) {
+    if (differences[k].size() == 0) continue;
+    const LoadPath& path = exact.paths[k];
+    for (std::size_t i = 0; i < path.keys().size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      exact.correction[k].row(row).head(seen) =
+          kCorrectionMean * path.keys()[i].load / path.peak_load() * differences[k].head(seen);
+      exact.force_factor[k].row(row) = factors[k].array().pow(kCorrectionMean);
+    }
+    square += std::pow(kCorrectionMean, 2) * differences[k].head(3 * channels.markers).squaredNorm();
+    count += 3.0 * channels.markers;
+  }
+  exact.correction_sd = kCorrectionSd / kCorrectionMean;
+  return count > 0.0 ? std::sqrt(square / count) : 0.0;
+}
+
+// Makes the answers of linear elements those of quadratic ones where nothing is left out.
+void correct_by_quadratic(const FitData& exact, FitData& fast) {
+  const RecordedSession& session = *fast.session;
+  const Channels channels = channels_of(session.scene);
+  PathSolver linear(session.scene, {}, FemElement::p1), quadratic(session.scene, {});
+  for (std::size_t k = 0; k < fast.paths.size(); ++k) {
+    PathAnswer by_linear, by_quadratic;
+    if (!linear.solve(fast.paths[k], 0, {}, by_linear) || !quadratic.solve(fast.paths[k], 0, {}, by_quadratic))
+      continue;
+    const std::size_t peak = key_at_peak(exact.paths[k]);
+    for (Eigen::Index i = 0; i < by_linear.values.rows(); ++i) {
+      const LoadKey& key = fast.paths[k].keys()[static_cast<std::size_t>(i)];
+      const double share = key.load / exact.paths[k].peak_load();
+      fast.correction[k].row(i) = by_quadratic.values.row(i) - by_linear.values.row(i) +
+                                  share * exact.correction[k].row(static_cast<Eigen::Index>(peak));
+      fast.correction[k].row(i).tail(3 * channels.pads).setZero();
+      for (int pad = 0; pad < channels.pads; ++pad) {
+        const double force = by_linear.values.row(i).segment<3>(channels.of_force(pad)).norm();
+        const double wanted = by_quadratic.values.row(i).segment<3>(channels.of_force(pad)).norm();
+        constexpr double kUnloaded = 0.02;  // N
+        const double ratio = force > kUnloaded ? wanted / force : 0.75;
+        fast.force_factor[k](i, pad) = ratio * exact.force_factor[k](static_cast<Eigen::Index>(peak), pad);
+      }
+    }
+  }
+  fast.correction_sd = 0.05;
+}
+
+// A few of the starts, or all where there are not many, fitted; the best of them.
+void fit_fast(const SearchResult& result, Candidate& candidate) {
+  std::vector<std::size_t> order{0};
+  if (candidate.starts.size() > 1)
+    order = most_promising(result.coarse, candidate.hypothesis, candidate.starts, &candidate.promises);
+  if (order.size() > kStartsToFit) order.resize(kStartsToFit);
+  for (std::size_t start : order) {
+    Fit tried = fit(result.fast, candidate.hypothesis, candidate.starts[start], kFastEvaluations);
+    if (!tried.solved) {
+      if (!candidate.fast.solved) candidate.fast.trouble = tried.trouble;
+      continue;
+    }
+    if (!candidate.fast.solved || tried.log_evidence > candidate.fast.log_evidence) candidate.fast = std::move(tried);
+  }
+}
+
+// What plots do not need of the candidates that lost.
+void shed(Fit& fit) {
+  for (TrialResidual& trial : fit.residuals) trial.derivatives.clear();
+}
+
+bool better(const Candidate& a, const Candidate& b) {
+  if (a.exact.solved != b.exact.solved) return a.exact.solved;
+  return a.best().log_evidence > b.best().log_evidence;
+}
+
+void fit_exact(SearchResult& result, std::vector<Candidate>& candidates, std::size_t most, double least, Work& work,
+               double from, double to) {
+  std::vector<Candidate*> chosen;
+  std::vector<Candidate*> order;
+  for (Candidate& candidate : candidates)
+    if (candidate.fast.solved) order.push_back(&candidate);
+  std::sort(order.begin(), order.end(),
+            [](const Candidate* a, const Candidate* b) { return a->fast.log_evidence > b->fast.log_evidence; });
+  for (Candidate* candidate : order)
+    if (chosen.size() < most && candidate->fast.log_evidence > least) chosen.push_back(candidate);
+  work.all(
+      chosen.size(),
+      [&](std::size_t i) {
+        chosen[i]->exact = fit(result.exact, chosen[i]->hypothesis, values_of(chosen[i]->fast), kExactEvaluations);
+        shed(chosen[i]->exact);
+      },
+      from, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
+  std::sort(candidates.begin(), candidates.end(), better);
+}
+
+}  // namespace
+
+SearchResult search(const RecordedSession& session, const SearchOptions& options) {
+  Work work(options);
+  SearchResult result;
+  const ErrorModel errors = error_model(session);
+  result.exact = fit_data(session, kTravel, FemElement::p2, errors, &work.stop);
+  result.fast = fit_data(session, kTravel, FemElement::p1, errors, &work.stop);
+  result.coarse = fit_data(session, kCoarseTravel, FemElement::p1, errors, &work.stop);
+  work.tell(0.02, "the assumed physics");
+  Hypothesis nothing;
+  nothing.numbers = false;
+  if (options.refine_mesh && session.scene.mesh.tet_count() <= kMostRefinedTets)
+    result.discretisation_mm = correct_by_finer(session, work, result.exact);
+  work.all(
+      3,
+      [&](std::size_t job) {
+        if (job == 0) result.assumed = assess(result.exact, nothing);
+        if (job == 1) correct_by_quadratic(result.exact, result.fast);
+        if (job == 2) correct_by_quadratic(result.exact, result.coarse);
+      },
+      0.2, 0.25, [](std::size_t) { return "the assumed physics"; });
+  shed(result.assumed);
+  result.numbers = numbers_candidate();
+  fit_fast(result, result.numbers);
+  if (result.numbers.fast.solved) result.singles = single_candidates(session, result.fast, result.numbers.fast);
+  // The long ones first: the threads end together.
+  std::stable_sort(result.singles.begin(), result.singles.end(), [](const Candidate& a, const Candidate& b) {
+    const auto weight = [](const Candidate& c) {
+      const bool has_history = !c.hypothesis.effects.empty() && c.hypothesis.effects.front()->has_history();
+      return c.starts.size() * (has_history ? 10 : 1);
+    };
+    return weight(a) > weight(b);
+  });
+  work.all(
+      result.singles.size() + 1,
+      [&](std::size_t i) {
+        if (i == 0) {
+          result.numbers.exact =
+              fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExactEvaluations);
+          return;
+        }
+        fit_fast(result, result.singles[i - 1]);
+        shed(result.singles[i - 1].fast);
+      },
+      0.25, 0.55, [&](std::size_t i) { return "trying " + (i == 0 ? "other numbers" : result.singles[i - 1].name()); });
+  const double base = result.numbers.fast.log_evidence;
+  fit_exact(result, result.singles, kMostExact, base + kWorthExact, work, 0.55, 0.75);
+
+  // A second one beside the likeliest.
+  if (!result.singles.empty() && result.singles.front().exact.solved && !work.over() &&
+      advantage(result, result.singles.front()) > kWorthExact) {
+    const Candidate first = result.singles.front();
+    for (std::size_t i = 1; i < result.singles.size(); ++i)
+      if (result.singles[i].fast.solved) result.pairs.push_back(pair_candidate(first, result.singles[i]));
+    work.all(
+        result.pairs.size(),
+        [&](std::size_t i) {
+          fit_fast(result, result.pairs[i]);
+          shed(result.pairs[i].fast);
+        },
+        0.75, 0.9, [&](std::size_t i) { return "trying " + result.pairs[i].name(); });
+    fit_exact(result, result.pairs, kMostPairs, first.fast.log_evidence + kWorthExact, work, 0.9, 1.0);
+  }
+  result.complete = !work.stop;
+  return result;
+}
+
+double advantage(const SearchResult& result, const Candidate& candidate) {
+  const bool exact = candidate.exact.solved && result.numbers.exact.solved;
+  const Fit& base = exact ? result.numbers.exact : result.numbers.fast;
+  const Fit& fit = exact ? candidate.exact : candidate.fast;
+  if (!fit.solved || !base.solved) return -1e9;
+  return fit.log_evidence - base.log_evidence;
+}
+
+}  // namespace tissued::core

@@ -1,0 +1,37 @@
+// The search for what is wrong: fits of ever fewer candidates by ever better models.
+#pragma once
+
+#include <chrono>
+#include <functional>
+
+#include "core/diagnosis/candidate.hpp"
+
+namespace tissued::core {
+
+struct SearchOptions {
+  int threads = 0;          // 0: as many as there are processors
+  double budget = 170.0;    // s; what is not done by then is left out, and said
+  bool refine_mesh = true;  // judge the elements by finer ones
+  // share of the work done, 0 to 1, and what is being done; called from one thread at a time
+  std::function<void(double, const std::string&)> progress;
+  const std::atomic<bool>* interrupted = nullptr;
+};
+
+struct SearchResult {
+  FitData coarse, fast, exact;     // linear elements on fewer keys, linear, quadratic elements
+  Fit assumed;                     // nothing fitted, quadratic elements
+  Candidate numbers;               // only numbers fitted
+  std::vector<Candidate> singles;  // most likely first
+  std::vector<Candidate> pairs;    // most likely first; of the likeliest single and another one
+  bool complete = true;
+  double discretisation_mm = 0.0;  // RMS of what finer elements say otherwise, markers at peak loads
+};
+
+// The session must outlive the result.
+SearchResult search(const RecordedSession& session, const SearchOptions& options);
+
+// Natural logarithm of how much likelier the recordings are under a candidate than with numbers alone; what noise and
+// discretisation cannot account for is not taken for certain.
+double advantage(const SearchResult& result, const Candidate& candidate);
+
+}  // namespace tissued::core
