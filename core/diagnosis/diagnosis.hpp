@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/diagnosis/fit.hpp"
+#include "core/diagnosis/search.hpp"
 
 namespace tissued::core {
 
@@ -85,7 +85,18 @@ struct Diagnosis {
   // 0 to 1 of the largest; empty where there is nothing to explain.
   std::vector<double> mismatch_map;
 
-  Fit explained;  // the model that was chosen
+  // The model that was chosen, for predict and for tissued.
+  Candidate explained;
+  Eigen::VectorXd offset;  // (channels) mm: how far markers sit from where the scene has them
 };
+
+// Compares a session with the physics that its scene assumes. Never throws for what recordings hold; ModelError where
+// the scene cannot be simulated.
+Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options);
+
+// (frames x channels) what a model, open loop, would have recorded in a trial; by quadratic elements. Throws ModelError
+// where the body has no equilibrium on the way.
+RowMatrix predict(const Scene& scene, const RecordedTrial& trial, const Candidate& model,
+                  const Eigen::VectorXd& offset);
 
 }  // namespace tissued::core

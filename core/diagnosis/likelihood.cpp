@@ -74,6 +74,55 @@ NormalEquations normal_equations(const ErrorModel& errors, std::span<const Trial
   return sum;
 }
 
+Nuisances nuisances(const ErrorModel& errors, std::span<const TrialResidual* const> trials) {
+  const Eigen::Index channels = errors.noise.size(), count = static_cast<Eigen::Index>(trials.size());
+  Nuisances out{Eigen::VectorXd::Zero(channels), RowMatrix::Zero(count, channels)};
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const ChannelRows rows = rows_of(static_cast<int>(c), trials, 0);
+    if (rows.residual.size() == 0) continue;
+    Eigen::VectorXd spread(1 + count);
+    spread[0] = errors.offset[c];
+    for (Eigen::Index k = 0; k < count; ++k)
+      spread[1 + k] = errors.discretisation(trials[static_cast<std::size_t>(k)]->trial, c);
+    const Eigen::MatrixXd basis = rows.basis * spread.asDiagonal();
+    Eigen::MatrixXd inner = basis.transpose() * basis;
+    inner.diagonal().array() += errors.noise[c] * errors.noise[c];
+    const Eigen::VectorXd mean =
+        spread.asDiagonal() * inner.llt().solve(Eigen::VectorXd(basis.transpose() * rows.residual));
+    out.offset[c] = mean[0];
+    out.discretisation.col(c) = mean.tail(count);
+  }
+  return out;
+}
+
+std::array<double, 3> structure_left(const ErrorModel& errors, const Channels& channels,
+                                     std::span<const TrialResidual* const> trials) {
+  constexpr int kBin = 15;  // frames
+  const Nuisances known = nuisances(errors, trials);
+  std::array<double, 3> square{}, bins{};
+  for (int c = 0; c < channels.count(); ++c) {
+    const int kind = channels.is_marker(c) ? 0 : channels.is_force(c) ? 2 : 1;
+    for (std::size_t k = 0; k < trials.size(); ++k) {
+      const TrialResidual& trial = *trials[k];
+      for (Eigen::Index begin = 0; begin < trial.residual.rows(); begin += kBin) {
+        double sum = 0.0;
+        int count = 0;
+        for (Eigen::Index f = begin; f < std::min<Eigen::Index>(begin + kBin, trial.residual.rows()); ++f) {
+          if (!std::isfinite(trial.residual(f, c))) continue;
+          sum += trial.residual(f, c) - known.offset[c] -
+                 known.discretisation(static_cast<Eigen::Index>(k), c) * trial.load[f];
+          ++count;
+        }
+        if (2 * count < kBin) continue;
+        square[kind] += sum * sum / (count * errors.noise[c] * errors.noise[c]);
+        bins[kind] += 1.0;
+      }
+    }
+  }
+  for (std::size_t kind = 0; kind < 3; ++kind) square[kind] = bins[kind] > 0.0 ? square[kind] / bins[kind] : 0.0;
+  return square;
+}
+
 Eigen::VectorXd noise_seen(std::span<const RecordedTrial> trials, const Eigen::VectorXd& stated) {
   constexpr std::size_t kFewest = 60;
   constexpr double kMedianToDeviation = 1.4826;

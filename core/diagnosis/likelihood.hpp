@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,18 @@ struct NormalEquations {
 };
 
 NormalEquations normal_equations(const ErrorModel& errors, std::span<const TrialResidual* const> trials);
+
+// What is likely wrong of the prediction besides its numbers, given the residuals.
+struct Nuisances {
+  Eigen::VectorXd offset;    // (channels) a constant over all trials
+  RowMatrix discretisation;  // (trials x channels) at the trial's peak load
+};
+Nuisances nuisances(const ErrorModel& errors, std::span<const TrialResidual* const> trials);
+
+// Mean square of what is left of the residuals in bins of some frames, nuisances taken off, in units of what noise
+// leaves there: 1 where nothing but noise is left. Of markers (0), targets (1), forces (2); 0 where none was seen.
+std::array<double, 3> structure_left(const ErrorModel& errors, const Channels& channels,
+                                     std::span<const TrialResidual* const> trials);
 
 // Standard deviation of the frame-to-frame noise of every channel, from second differences where the pads rest or move
 // evenly; `stated` where too little was seen.
