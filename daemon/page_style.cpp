@@ -51,6 +51,7 @@ svg .grid { stroke: var(--rule); stroke-width: 0.7; }
 svg .reference { stroke: var(--fg); stroke-width: 1; stroke-dasharray: 1 3; }
 svg .series { fill: none; stroke-width: 1.8; stroke-linejoin: round; }
 svg .mark { stroke-width: 1.6; }
+svg .area { fill: var(--rule); opacity: 0.55; stroke: none; }
 @media (max-width: 520px) { .panels { grid-template-columns: 1fr; } }
 @media print {
   :root {

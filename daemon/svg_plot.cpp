@@ -113,6 +113,18 @@ std::string mark(double x, double y, const SeriesStyle& style, const std::string
   }
 }
 
+// From the plot's lower edge up to the curve; what is not finite counts as that edge.
+std::string area(const Frame& frame, const LineSeries& shade) {
+  if (shade.x.empty()) return {};
+  std::string points = px(frame.at_x(shade.x.front())) + "," + px(frame.bottom) + " ";
+  for (std::size_t i = 0; i < shade.x.size(); ++i) {
+    const double y = std::isfinite(shade.y[i]) ? std::clamp(shade.y[i], frame.y.low, frame.y.high) : frame.y.low;
+    points += px(frame.at_x(shade.x[i])) + "," + px(frame.at_y(y)) + " ";
+  }
+  points += px(frame.at_x(shade.x.back())) + "," + px(frame.bottom);
+  return "<polygon class=\"area\" points=\"" + points + "\"><title>" + escape_html(shade.name) + "</title></polygon>\n";
+}
+
 // One polyline for every stretch of finite points.
 std::string polylines(const Frame& frame, const LineSeries& series) {
   std::string out, points;
@@ -177,15 +189,19 @@ std::vector<double> axis_ticks(const PlotAxis& axis, int about) {
 }
 
 std::string svg(const LinePlot& plot) {
-  constexpr double kWidth = 520, kHeight = 300;
-  const Frame frame{56, 28, kWidth - 14, kHeight - 46, plot.x, plot.y};
-  std::string out = y_axis(frame, 6) + x_axis(frame, 6);
+  const Frame frame{56, 28, plot.width - 14, plot.height - 46, plot.x, plot.y};
+  std::string out = area(frame, plot.shade) + y_axis(frame, 6) + x_axis(frame, 6);
   if (plot.diagonal) {
     const double low = std::max(plot.x.low, plot.y.low), high = std::min(plot.x.high, plot.y.high);
     out += line(frame.at_x(low), frame.at_y(low), frame.at_x(high), frame.at_y(high), "reference");
   }
   for (const LineSeries& series : plot.series) out += polylines(frame, series);
-  return drawing(kWidth, kHeight, plot.title, out);
+  for (const double level : plot.levels) {
+    if (level >= plot.y.low && level <= plot.y.high) {
+      out += line(frame.left, frame.at_y(level), frame.right, frame.at_y(level), "reference");
+    }
+  }
+  return drawing(plot.width, plot.height, plot.title, out);
 }
 
 std::string svg(const DotPlot& plot) {

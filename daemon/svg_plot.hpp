@@ -38,7 +38,10 @@ struct LinePlot {
   std::string title;
   PlotAxis x, y;
   std::vector<LineSeries> series;
-  bool diagonal = false;  ///< a line where x = y
+  bool diagonal = false;             ///< a line where x = y
+  std::vector<double> levels;        ///< values of y, drawn across the plot
+  LineSeries shade;                  ///< an area below the curve, behind all else; its style is not asked for
+  double width = 520, height = 300;  ///< px
 };
 
 struct DotSeries {

@@ -62,6 +62,18 @@ TEST_CASE("What is not finite interrupts a line and is no dot") {
   CHECK_THAT(svg(dots), !Catch::Contains("nan"));
 }
 
+TEST_CASE("A shade lies behind the lines, and levels go across") {
+  LinePlot plot = plot_of({0, 1, 2, 3, 4});
+  plot.shade = {"load", {}, {0, 2, 4}, {0, 5, NAN}};
+  plot.levels = {2.5, 99.0, NAN};
+  const std::string text = svg(plot);
+  // Along the lower edge, up to half of the height in the middle, and down to the edge where nothing is known.
+  CHECK_THAT(text, Catch::Contains("points=\"56.0,254.0 56.0,254.0 281.0,141.0 506.0,254.0 506.0,254.0\""));
+  CHECK(text.find("class=\"area\"") < text.find("<polyline"));
+  CHECK(count(text, "class=\"reference\"") == 1);
+  CHECK_THAT(text, Catch::Contains("class=\"reference\" x1=\"56.0\" y1=\"197.5\" x2=\"506.0\" y2=\"197.5\""));
+}
+
 TEST_CASE("A series is told by more than its colour") {
   std::vector<std::string> swatches;
   for (std::size_t dash = 0; dash < SeriesStyle::kDashes; ++dash) swatches.push_back(legend_swatch({0, dash}));
