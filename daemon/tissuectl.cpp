@@ -4,6 +4,7 @@
 #include <exception>
 #include <string>
 
+#include "daemon/ctl_diagnose.hpp"
 #include "daemon/ctl_evaluate.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/ctl_play.hpp"
@@ -38,6 +39,8 @@ int main(int argc, char** argv) {
   add_watch_command(app, exit_code);
   add_solve_command(app, exit_code);
   add_evaluate_command(app, exit_code);
+  add_diagnose_command(app, exit_code);
+  add_predict_command(app, exit_code);
   try {
     app.parse(argc, argv);  // which runs the subcommand
   } catch (const CLI::ParseError& error) {

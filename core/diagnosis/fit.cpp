@@ -54,19 +54,16 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& da
                                       is_place(p.name) ? reach_of(scene) : p.typical));
     }
   }
-  if (hypothesis.latency) unknowns.push_back(fault_unknown("latency.seconds", "s", 0, 0.5, 0.1));
+  const std::vector<std::string> names = fault_names(hypothesis.slips, scene);
+  const auto add_fault = [&](std::size_t fault, const std::string& unit, double limit, double sd) {
+    unknowns.push_back(fault_unknown(names[fault], unit, static_cast<int>(fault), limit, sd));
+  };
+  if (hypothesis.latency) add_fault(0, "s", 0.5, 0.1);
   if (hypothesis.registration) {
-    static const std::array<std::string, 3> kAxes{"x", "y", "z"};
-    for (int axis = 0; axis < 3; ++axis)
-      unknowns.push_back(fault_unknown("registration.rotation." + kAxes[axis], "rad", 1 + axis, 0.5, 3.0 * kDegree));
-    for (int axis = 0; axis < 3; ++axis)
-      unknowns.push_back(fault_unknown("registration.shift." + kAxes[axis], "mm", 4 + axis, 50.0, 3.0));
+    for (std::size_t axis = 0; axis < 3; ++axis) add_fault(1 + axis, "rad", 0.5, 3.0 * kDegree);
+    for (std::size_t axis = 0; axis < 3; ++axis) add_fault(4 + axis, "mm", 50.0, 3.0);
   }
-  for (std::size_t s = 0; s < hypothesis.slips.size(); ++s)
-    for (int axis = 0; axis < 3; ++axis) {
-      const std::string name = "marker-slip." + scene.markers[hypothesis.slips[s].marker].name + "." + "xyz"[axis];
-      unknowns.push_back(fault_unknown(name, "mm", 7 + static_cast<int>(3 * s) + axis, 50.0, 5.0));
-    }
+  for (std::size_t fault = 7; fault < names.size(); ++fault) add_fault(fault, "mm", 50.0, 5.0);
   Unknown discretisation{kDiscretisation,   "1", Unknown::Source::discretisation, 0, 1.0, -1.0, 3.0, false, 1.0,
                          data.correction_sd};
   unknowns.push_back(discretisation);
@@ -81,14 +78,19 @@ class Evaluator {
     for (const auto& [name, value] : hypothesis.fixed) solver_.set_parameter(name, value);
   }
 
+  // Derivatives that are taken beside those by unknowns.
+  void add_column(PathParameter column) { columns_.push_back(std::move(column)); }
+  void set(const std::string& name, double value) { solver_.set_parameter(name, value); }
+
   bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) {
     std::vector<PathParameter> parameters;
     for (const Unknown& unknown : unknowns) {
       if (unknown.source != Unknown::Source::body) continue;
       solver_.set_parameter(unknown.name, unknown.value);
       const double step = kStepOfDifference * (unknown.logarithmic ? unknown.value : unknown.prior_sd);
-      parameters.push_back({unknown.name, unknown.value + step > unknown.highest ? -step : step});
+      parameters.push_back({unknown.name, unknown.value + step > unknown.highest ? -step : step, {}});
     }
+    parameters.insert(parameters.end(), columns_.begin(), columns_.end());
     if (!differentiate) parameters.clear();
     const int trials = static_cast<int>(data_->paths.size());
     fit.answers.resize(data_->paths.size());
@@ -164,11 +166,14 @@ class Evaluator {
         out.derivatives.push_back((after - record(corrected, shifted)) / (2.0 * step));
       }
     }
+    for (; body < answer.by_parameter.size(); ++body)
+      out.derivatives.push_back(record(scaled(k, share, answer.by_parameter[body]), faults) - nothing);
   }
 
   const FitData* data_;
   const Hypothesis* hypothesis_;
   PathSolver solver_;
+  std::vector<PathParameter> columns_;
 };
 
 double penalty_of(const std::vector<Unknown>& unknowns) {
@@ -315,14 +320,64 @@ Fit assess(const FitData& data, const Hypothesis& hypothesis,
   return fit;
 }
 
+namespace {
+
+// Chi square after one step from where the last effect is absent, for every start of it: one evaluation for all.
+std::vector<double> linear_promises(const FitData& data, const Hypothesis& hypothesis,
+                                    const std::vector<std::vector<std::pair<std::string, double>>>& starts) {
+  const Effect& effect = *hypothesis.effects.back();
+  const Scene& scene = data.session->scene;
+  const Channels channels = channels_of(scene);
+  const EffectParameter& parameter = effect.parameters()[static_cast<std::size_t>(effect.amplitude())];
+  const std::string amplitude = model_parameter(effect, parameter), prefix = std::string(effect.kind()) + ".";
+  const double neutral = effect.neutral(scene)[static_cast<std::size_t>(effect.amplitude())];
+  Evaluator evaluator(data, hypothesis);
+  std::vector<Unknown> unknowns = unknowns_of(hypothesis, data);
+  begin_at(starts.front(), unknowns);
+  std::erase_if(unknowns, [&](const Unknown& unknown) {
+    if (!unknown.name.starts_with(prefix)) return false;
+    evaluator.set(unknown.name, unknown.name == amplitude ? neutral : unknown.value);
+    return true;
+  });
+  const double step = kStepOfDifference * parameter.typical;
+  for (const auto& start : starts) {
+    PathParameter column{amplitude, step, {}};
+    for (const auto& [name, value] : start)
+      if (name.starts_with(prefix) && name != amplitude) column.with.emplace_back(name, value);
+    evaluator.add_column(std::move(column));
+  }
+  std::vector<double> promises(starts.size(), std::numeric_limits<double>::infinity());
+  Fit at;
+  if (!evaluator.run(unknowns, true, at)) return promises;
+  const ErrorModel errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(at.residuals)));
+  const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
+  const auto shared = static_cast<Eigen::Index>(unknowns.size());
+  const Eigen::MatrixXd precision = with_prior(equations.normal.topLeftCorner(shared, shared), unknowns);
+  const Eigen::LLT<Eigen::MatrixXd> factor(precision);
+  const Eigen::VectorXd pull = equations.gradient.head(shared) + pull_of_prior(unknowns);
+  const double base = equations.chi_square - pull.dot(factor.solve(pull));
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const Eigen::Index j = shared + static_cast<Eigen::Index>(i);
+    const Eigen::VectorXd cross = equations.normal.col(j).head(shared), solved = factor.solve(cross);
+    const double own = equations.gradient[j] - solved.dot(pull);
+    const double stiffness = equations.normal(j, j) - solved.dot(cross) + 1.0 / (parameter.typical * parameter.typical);
+    promises[i] = base - own * own / stiffness;
+  }
+  return promises;
+}
+
+}  // namespace
+
 std::vector<std::size_t> most_promising(const FitData& data, const Hypothesis& hypothesis,
                                         const std::vector<std::vector<std::pair<std::string, double>>>& starts,
                                         std::vector<double>* promises) {
+  const bool is_linear = !hypothesis.effects.empty() && hypothesis.effects.back()->amplitude() >= 0;
+  std::vector<double> promised(starts.size(), std::numeric_limits<double>::infinity());
+  if (is_linear) promised = linear_promises(data, hypothesis, starts);
   const Channels channels = channels_of(data.session->scene);
   Evaluator evaluator(data, hypothesis);
-  std::vector<double> promised(starts.size(), std::numeric_limits<double>::infinity());
   ErrorModel errors;
-  for (std::size_t i = 0; i < starts.size(); ++i) {
+  for (std::size_t i = 0; i < starts.size() && !is_linear; ++i) {
     Fit at;
     at.unknowns = unknowns_of(hypothesis, data);
     begin_at(starts[i], at.unknowns);

@@ -68,6 +68,7 @@ void PathSolver::differentiate(const LoadKey& key, double time_step, const FemHi
   const Eigen::RowVectorXd seen = observe(at, key.pads);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const double value = values_.at(parameters[j].name), step = parameters[j].step;
+    for (const auto& [name, other] : parameters[j].with) model_.set_parameter(name, other);
     model_.set_parameter(parameters[j].name, value + step);
     Eigen::VectorXd shifted;
     equilibrium_.terms(state.x, time_step, perturbed[j], shifted);
@@ -78,6 +79,7 @@ void PathSolver::differentiate(const LoadKey& key, double time_step, const FemHi
     derivatives[j] = (observe(at, key.pads) - seen) / step;
     equilibrium_.accept(at.x, time_step, perturbed[j]);
     model_.set_parameter(parameters[j].name, value);
+    for (const auto& other : parameters[j].with) model_.set_parameter(other.first, values_.at(other.first));
   }
 }
 

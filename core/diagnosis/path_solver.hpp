@@ -16,6 +16,9 @@ namespace tissued::core {
 struct PathParameter {
   std::string name;
   double step;  // may be negative, where the value is at its upper bound
+  // Other numbers that are set together with the step and back again: those that change nothing where `name` is now,
+  // such as the place of an effect that is absent.
+  std::vector<std::pair<std::string, double>> with = {};
 };
 
 struct PathAnswer {

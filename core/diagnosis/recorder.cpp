@@ -20,6 +20,17 @@ double& fault_number(MeasurementFaults& faults, int index) {
   return faults.slips[static_cast<std::size_t>((index - 7) / 3)].shift[(index - 7) % 3];
 }
 
+std::vector<std::string> fault_names(const std::vector<SlippedMarker>& slips, const Scene& scene) {
+  std::vector<std::string> names{"latency.seconds"};
+  const auto add_vector = [&names](const std::string& name) {
+    for (const char* axis : {".x", ".y", ".z"}) names.push_back(name + axis);
+  };
+  add_vector("registration.rotation");
+  add_vector("registration.shift");
+  for (const SlippedMarker& slip : slips) add_vector("marker-slip." + scene.markers[slip.marker].name);
+  return names;
+}
+
 RowMatrix recorded(const RecordedTrial& trial, int trial_index, const LoadPath& path, const Scene& scene,
                    const RowMatrix& answers, const MeasurementFaults& faults) {
   const Channels channels = channels_of(scene);

@@ -2,6 +2,7 @@
 // the faults that a measurement may have.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/diagnosis/load_path.hpp"
@@ -25,6 +26,9 @@ struct MeasurementFaults {
 
 // Numbers of `faults` by index: latency, rotation x y z, shift x y z, then x y z of every slip.
 double& fault_number(MeasurementFaults& faults, int index);
+
+// What these numbers are called: latency.seconds, registration.rotation.x, ..., marker-slip.M07.z.
+std::vector<std::string> fault_names(const std::vector<SlippedMarker>& slips, const Scene& scene);
 
 // (frames x channels), as RecordedTrial::seen but without gaps. answers: (keys x channels).
 RowMatrix recorded(const RecordedTrial& trial, int trial_index, const LoadPath& path, const Scene& scene,

@@ -19,6 +19,7 @@ constexpr double kForceShape = 0.004;                 // of the peak force: what
 constexpr double kCorrectionMean = 0.7, kCorrectionSd = 0.3;
 constexpr int kFastEvaluations = 16, kExactEvaluations = 6;
 constexpr std::size_t kMostExact = 4, kMostPairs = 2, kStartsToFit = 2;
+constexpr double kNear = 0.3;        // of the largest advantage: candidates with less are not looked at more closely
 constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
 
 class Work {
@@ -175,6 +176,11 @@ double correct_by_finer(const RecordedSession& session, Work& work, FitData& exa
   return count > 0.0 ? std::sqrt(square / count) : 0.0;
 }
 
+double force_ratio(const Eigen::RowVector3d& linear, const Eigen::RowVector3d& wanted) {
+  constexpr double kUnloaded = 0.02, kUsual = 0.75;  // N; of linear elements' excess
+  return linear.norm() > kUnloaded ? wanted.norm() / linear.norm() : kUsual;
+}
+
 // Makes the answers of linear elements those of quadratic ones where nothing is left out.
 void correct_by_quadratic(const FitData& exact, FitData& fast) {
   const RecordedSession& session = *fast.session;
@@ -192,10 +198,8 @@ void correct_by_quadratic(const FitData& exact, FitData& fast) {
                                   share * exact.correction[k].row(static_cast<Eigen::Index>(peak));
       fast.correction[k].row(i).tail(3 * channels.pads).setZero();
       for (int pad = 0; pad < channels.pads; ++pad) {
-        const double force = by_linear.values.row(i).segment<3>(channels.of_force(pad)).norm();
-        const double wanted = by_quadratic.values.row(i).segment<3>(channels.of_force(pad)).norm();
-        constexpr double kUnloaded = 0.02;  // N
-        const double ratio = force > kUnloaded ? wanted / force : 0.75;
+        const double ratio = force_ratio(by_linear.values.row(i).segment<3>(channels.of_force(pad)),
+                                         by_quadratic.values.row(i).segment<3>(channels.of_force(pad)));
         fast.force_factor[k](i, pad) = ratio * exact.force_factor[k](static_cast<Eigen::Index>(peak), pad);
       }
     }
@@ -203,14 +207,45 @@ void correct_by_quadratic(const FitData& exact, FitData& fast) {
   fast.correction_sd = 0.05;
 }
 
+// Makes the answers of linear elements those of quadratic ones at a fit by these, wherever that lies.
+void rebase(const FitData& exact, const Fit& at, FitData& fast) {
+  const RecordedSession& session = *fast.session;
+  const Channels channels = channels_of(session.scene);
+  PathSolver linear(session.scene, at.hypothesis.effects, FemElement::p1);
+  for (const auto& [name, value] : at.hypothesis.fixed) linear.set_parameter(name, value);
+  for (const Unknown& unknown : at.unknowns)
+    if (unknown.source == Unknown::Source::body) linear.set_parameter(unknown.name, unknown.value);
+  const double share = at.unknowns.back().value;
+  for (std::size_t k = 0; k < fast.paths.size(); ++k) {
+    PathAnswer by_linear;
+    if (!linear.solve(fast.paths[k], 0, {}, by_linear)) continue;
+    for (Eigen::Index i = 0; i < by_linear.values.rows(); ++i) {
+      const PathPlace place = exact.paths[k].place(fast.paths[k].keys()[static_cast<std::size_t>(i)].time);
+      Eigen::RowVectorXd wanted = Eigen::RowVectorXd::Zero(channels.count());
+      for (std::size_t p = 0; p < place.keys.size(); ++p) {
+        Eigen::RowVectorXd answer =
+            at.answers[k].values.row(place.keys[p]) + share * exact.correction[k].row(place.keys[p]);
+        for (int pad = 0; pad < channels.pads; ++pad)
+          answer.segment<3>(channels.of_force(pad)) *= std::pow(exact.force_factor[k](place.keys[p], pad), share);
+        wanted += place.weights[p] * answer;
+      }
+      fast.correction[k].row(i) = wanted - by_linear.values.row(i);
+      fast.correction[k].row(i).tail(3 * channels.pads).setZero();
+      for (int pad = 0; pad < channels.pads; ++pad)
+        fast.force_factor[k](i, pad) = force_ratio(by_linear.values.row(i).segment<3>(channels.of_force(pad)),
+                                                   wanted.segment<3>(channels.of_force(pad)));
+    }
+  }
+}
+
 // A few of the starts, or all where there are not many, fitted; the best of them.
-void fit_fast(const SearchResult& result, Candidate& candidate) {
+void fit_fast(const FitData& coarse, const FitData& fast, Candidate& candidate) {
   std::vector<std::size_t> order{0};
   if (candidate.starts.size() > 1)
-    order = most_promising(result.coarse, candidate.hypothesis, candidate.starts, &candidate.promises);
+    order = most_promising(coarse, candidate.hypothesis, candidate.starts, &candidate.promises);
   if (order.size() > kStartsToFit) order.resize(kStartsToFit);
   for (std::size_t start : order) {
-    Fit tried = fit(result.fast, candidate.hypothesis, candidate.starts[start], kFastEvaluations);
+    Fit tried = fit(fast, candidate.hypothesis, candidate.starts[start], kFastEvaluations);
     if (!tried.solved) {
       if (!candidate.fast.solved) candidate.fast.trouble = tried.trouble;
       continue;
@@ -273,7 +308,7 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
       0.2, 0.25, [](std::size_t) { return "the assumed physics"; });
   shed(result.assumed);
   result.numbers = numbers_candidate();
-  fit_fast(result, result.numbers);
+  fit_fast(result.coarse, result.fast, result.numbers);
   if (result.numbers.fast.solved) result.singles = single_candidates(session, result.fast, result.numbers.fast);
   // The long ones first: the threads end together.
   std::stable_sort(result.singles.begin(), result.singles.end(), [](const Candidate& a, const Candidate& b) {
@@ -291,27 +326,35 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
               fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExactEvaluations);
           return;
         }
-        fit_fast(result, result.singles[i - 1]);
+        fit_fast(result.coarse, result.fast, result.singles[i - 1]);
         shed(result.singles[i - 1].fast);
       },
       0.25, 0.55, [&](std::size_t i) { return "trying " + (i == 0 ? "other numbers" : result.singles[i - 1].name()); });
   const double base = result.numbers.fast.log_evidence;
-  fit_exact(result, result.singles, kMostExact, base + kWorthExact, work, 0.55, 0.75);
+  double most = base;
+  for (const Candidate& single : result.singles)
+    if (single.fast.solved) most = std::max(most, single.fast.log_evidence);
+  fit_exact(result, result.singles, kMostExact, base + std::max(kWorthExact, kNear * (most - base)), work, 0.55, 0.75);
 
   // A second one beside the likeliest.
   if (!result.singles.empty() && result.singles.front().exact.solved && !work.over() &&
       advantage(result, result.singles.front()) > kWorthExact) {
     const Candidate first = result.singles.front();
+    FitData coarse = result.coarse, fast = result.fast;
+    work.all(
+        2, [&](std::size_t job) { rebase(result.exact, first.exact, job == 0 ? fast : coarse); }, 0.75, 0.77,
+        [](std::size_t) { return "a second explanation"; });
     for (std::size_t i = 1; i < result.singles.size(); ++i)
       if (result.singles[i].fast.solved) result.pairs.push_back(pair_candidate(first, result.singles[i]));
     work.all(
         result.pairs.size(),
         [&](std::size_t i) {
-          fit_fast(result, result.pairs[i]);
+          fit_fast(coarse, fast, result.pairs[i]);
           shed(result.pairs[i].fast);
         },
-        0.75, 0.9, [&](std::size_t i) { return "trying " + result.pairs[i].name(); });
-    fit_exact(result, result.pairs, kMostPairs, first.fast.log_evidence + kWorthExact, work, 0.9, 1.0);
+        0.77, 0.9, [&](std::size_t i) { return "trying " + result.pairs[i].name(); });
+    const double alone = fit(fast, first.hypothesis, values_of(first.exact), 3).log_evidence;
+    fit_exact(result, result.pairs, kMostPairs, alone + kWorthExact, work, 0.9, 1.0);
   }
   result.complete = !work.stop;
   return result;

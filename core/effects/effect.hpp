@@ -44,6 +44,9 @@ class Effect {
   // Where fits may begin, the effect there to be seen: places over the body, axes, times. Unless said otherwise: the
   // first number at what is typical.
   virtual std::vector<std::vector<double>> starts(const Scene& scene) const;
+  // Which number is at its neutral value exactly where the effect is absent, wherever the others are, and lets answers
+  // change smoothly there; -1: none.
+  virtual int amplitude() const { return 0; }
   // Under the names of the contract where fitting uses others (r for 1/r, axis and k for a slope); else as they are.
   virtual std::vector<EffectNumber> reported(std::span<const double> values) const;
 

@@ -3,8 +3,8 @@
 #include <array>
 
 #include "core/effects/facet_springs.hpp"
-#include "core/effects/spread_places.hpp"
 #include "core/effects/smooth_edge.hpp"
+#include "core/effects/spread_places.hpp"
 #include "core/effects/wording.hpp"
 #include "core/scene_places.hpp"
 
@@ -70,6 +70,7 @@ class LooseBase final : public Effect {
     numbers.resize(4);  // where, how far
     return numbers;
   }
+  int amplitude() const override { return -1; }
   std::vector<std::vector<double>> starts(const Scene& scene) const override {
     constexpr std::size_t kPlaces = 12;
     constexpr double kShareOfBase = 0.35;

@@ -1,0 +1,185 @@
+#include "daemon/explained_model.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "config/config_error.hpp"
+
+namespace tissued::daemon {
+namespace {
+
+using nlohmann::json;
+constexpr const char* kFormat = "tissued-model/1";
+
+json effect_json(const core::Effect& effect, const core::Fit& fit, const core::Scene& scene) {
+  const std::vector<double> neutral = effect.neutral(scene);
+  json numbers = json::object();
+  for (std::size_t k = 0; k < neutral.size(); ++k) {
+    const core::EffectParameter& parameter = effect.parameters()[k];
+    const std::string name = core::model_parameter(effect, parameter);
+    double value = neutral[k];
+    for (const auto& [fixed, of_fixed] : fit.hypothesis.fixed)
+      if (fixed == name) value = of_fixed;
+    if (fit.has(name)) value = fit.value(name);
+    numbers[parameter.name] = value;
+  }
+  return {{"kind", effect.kind()}, {"parameters", numbers}};
+}
+
+json faults_json(const core::Fit& fit, const core::Scene& scene) {
+  json faults = json::object();
+  for (const core::Unknown& unknown : fit.unknowns)
+    if (unknown.source == core::Unknown::Source::fault) faults[unknown.name] = unknown.value;
+  json markers = json::array();
+  for (const core::SlippedMarker& slip : fit.hypothesis.slips) markers.push_back(scene.markers[slip.marker].name);
+  return {{"numbers", faults}, {"slipped", markers}};
+}
+
+// Reads with the place in the file in every message.
+class ModelReader {
+ public:
+  ModelReader(std::filesystem::path path, const core::Scene& scene) : path_(std::move(path)), scene_(&scene) {}
+
+  ExplainedModel read() {
+    std::ifstream file(path_);
+    if (!file) throw config::ConfigError(path_.string() + ": cannot be read");
+    json all;
+    try {
+      all = json::parse(file);
+    } catch (const json::parse_error& error) {
+      throw config::ConfigError(path_.string() + ": " + error.what());
+    }
+    if (!all.is_object() || all.value("format", "") != kFormat) fail("/format", std::string("is not ") + kFormat);
+    ExplainedModel model;
+    core::Fit& fit = model.candidate.exact;
+    fit.solved = true;
+    add_numbers(member(all, "material", "/material"), fit);
+    const json& effects = member(all, "effects", "/effects");
+    if (!effects.is_array()) fail("/effects", "is not a list");
+    for (std::size_t i = 0; i < effects.size(); ++i) add_effect(effects[i], "/effects/" + std::to_string(i), model);
+    add_faults(member(all, "measurement", "/measurement"), model);
+    add_offsets(member(all, "marker_offsets", "/marker_offsets"), model);
+    return model;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
+    throw config::ConfigError(path_.string() + ": " + key + ": " + what);
+  }
+  const json& member(const json& object, const std::string& name, const std::string& key) const {
+    if (!object.is_object() || !object.contains(name)) fail(key, "is missing");
+    return object.at(name);
+  }
+  double number(const json& object, const std::string& name, const std::string& key, double lowest,
+                double highest) const {
+    const json& value = member(object, name, key);
+    if (!value.is_number() || !std::isfinite(value.get<double>())) fail(key, "is not a number");
+    if (value.get<double>() < lowest || value.get<double>() > highest)
+      fail(key, value.dump() + " is not within " + json(lowest).dump() + " and " + json(highest).dump());
+    return value.get<double>();
+  }
+  static core::Unknown unknown(const std::string& name, core::Unknown::Source source, double value) {
+    core::Unknown out;
+    out.name = name;
+    out.source = source;
+    out.value = value;
+    return out;
+  }
+
+  void add_numbers(const json& material, core::Fit& fit) const {
+    const core::Effect& numbers = *core::find_effect("parameters");
+    for (const core::EffectParameter& parameter : numbers.parameters()) {
+      if (!material.contains(parameter.name)) continue;
+      const double value =
+          number(material, parameter.name, "/material/" + parameter.name, parameter.lowest, parameter.highest);
+      fit.unknowns.push_back(unknown(parameter.name, core::Unknown::Source::body, value));
+    }
+  }
+
+  void add_effect(const json& object, const std::string& key, ExplainedModel& model) const {
+    const json& kind = member(object, "kind", key + "/kind");
+    const core::Effect* effect = kind.is_string() ? core::find_effect(kind.get<std::string>()) : nullptr;
+    if (effect == nullptr) fail(key + "/kind", kind.dump() + " is no effect that is known");
+    model.candidate.kinds.emplace_back(effect->kind());
+    model.candidate.hypothesis.effects.push_back(effect);
+    const json& numbers = member(object, "parameters", key + "/parameters");
+    for (const core::EffectParameter& parameter : effect->parameters()) {
+      const double value =
+          number(numbers, parameter.name, key + "/parameters/" + parameter.name, parameter.lowest, parameter.highest);
+      model.candidate.exact.unknowns.push_back(
+          unknown(core::model_parameter(*effect, parameter), core::Unknown::Source::body, value));
+    }
+  }
+
+  void add_faults(const json& measurement, ExplainedModel& model) const {
+    const json& slipped = member(measurement, "slipped", "/measurement/slipped");
+    for (const json& name : slipped) {
+      int index = -1;
+      for (std::size_t i = 0; i < scene_->markers.size(); ++i)
+        if (name.is_string() && scene_->markers[i].name == name.get<std::string>()) index = static_cast<int>(i);
+      if (index < 0) fail("/measurement/slipped", name.dump() + " is no marker of the bundle");
+      model.candidate.hypothesis.slips.push_back({index, 0, 0.0, core::Vec3::Zero()});
+    }
+    const json& numbers = member(measurement, "numbers", "/measurement/numbers");
+    if (!numbers.is_object()) fail("/measurement/numbers", "is not an object");
+    const std::vector<std::string> names = core::fault_names(model.candidate.hypothesis.slips, *scene_);
+    for (const auto& [name, value] : numbers.items()) {
+      const auto at = std::find(names.begin(), names.end(), name);
+      if (at == names.end()) fail("/measurement/numbers/" + name, "is unknown");
+      core::Unknown fault =
+          unknown(name, core::Unknown::Source::fault, number(numbers, name, "/measurement/numbers/" + name, -1e3, 1e3));
+      fault.fault = static_cast<int>(at - names.begin());
+      model.candidate.exact.unknowns.push_back(fault);
+    }
+  }
+
+  void add_offsets(const json& offsets, ExplainedModel& model) const {
+    model.offset.setZero(core::channels_of(*scene_).count());
+    for (std::size_t i = 0; i < scene_->markers.size(); ++i) {
+      const std::string key = "/marker_offsets/" + scene_->markers[i].name;
+      if (!offsets.contains(scene_->markers[i].name)) continue;
+      const json& offset = offsets.at(scene_->markers[i].name);
+      if (!offset.is_array() || offset.size() != 3 || !offset[0].is_number() || !offset[1].is_number() ||
+          !offset[2].is_number())
+        fail(key, "is not three numbers in mm");
+      for (int axis = 0; axis < 3; ++axis) model.offset[3 * static_cast<int>(i) + axis] = offset[axis].get<double>();
+    }
+  }
+
+  std::filesystem::path path_;
+  const core::Scene* scene_;
+};
+
+}  // namespace
+
+void write_model(const core::Diagnosis& diagnosis, const core::Scene& scene, const std::filesystem::path& path) {
+  const core::Fit& fit = diagnosis.explained.best();
+  json material{{"youngs_modulus", scene.material.youngs_modulus},
+                {"poissons_ratio", scene.material.poissons_ratio},
+                {"density", scene.material.density}};
+  for (const char* name : {"youngs_modulus", "poissons_ratio"})
+    if (fit.has(name)) material[name] = fit.value(name);
+  json effects = json::array();
+  for (const core::Effect* effect : fit.hypothesis.effects) effects.push_back(effect_json(*effect, fit, scene));
+  json offsets = json::object();
+  for (std::size_t i = 0; i < scene.markers.size(); ++i) {
+    const auto offset = diagnosis.offset.segment<3>(3 * static_cast<Eigen::Index>(i));
+    offsets[scene.markers[i].name] = {offset[0], offset[1], offset[2]};
+  }
+  const json all{
+      {"format", kFormat},        {"bundle", diagnosis.bundle}, {"verdict", core::name_of(diagnosis.verdict)},
+      {"material", material},     {"effects", effects},         {"measurement", faults_json(fit, scene)},
+      {"marker_offsets", offsets}};
+  std::ofstream file(path);
+  file << all.dump(1) << '\n';
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+ExplainedModel read_model(const std::filesystem::path& path, const core::Scene& scene) {
+  return ModelReader(path, scene).read();
+}
+
+}  // namespace tissued::daemon

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/diagnosis/diagnosis.hpp"
+
+namespace tissued::daemon {
+
+/// A model that a diagnosis arrived at, and how far markers sit from where the bundle has them.
+struct ExplainedModel {
+  core::Candidate candidate;
+  Eigen::VectorXd offset;  ///< (channels of the scene) mm
+};
+
+/// Writes model.json ("tissued-model/1"): the numbers of the material, effects by kind with all their numbers, faults
+/// of the measurement, and the markers' offsets. Throws std::runtime_error where the file cannot be written.
+void write_model(const core::Diagnosis& diagnosis, const core::Scene& scene, const std::filesystem::path& path);
+
+/// Reads what write_model writes, for a scene of the same markers. Throws config::ConfigError, which names file, key
+/// and limit.
+ExplainedModel read_model(const std::filesystem::path& path, const core::Scene& scene);
+
+}  // namespace tissued::daemon
