@@ -65,11 +65,10 @@ std::string unfinished_notice(const core::Diagnosis& diagnosis) {
 
 std::string place_section(const core::Diagnosis& diagnosis, const core::Scene& scene) {
   const std::vector<double> mismatch = mismatch_at_nodes(scene.mesh, diagnosis.mismatch_map);
+  const std::string glow = mismatch.empty() ? "No place in the body stands out."
+                                            : "The glow is where a change of the tissue would explain the misfit best.";
   std::string html =
-      element("p",
-              mismatch.empty() ? "No place in the body stands out. Drag the body to turn it, or use the arrow keys."
-                               : "The glow is where a change of the tissue would explain the misfit best. Drag the "
-                                 "body to turn it, or use the arrow keys; plus and minus zoom.",
+      element("p", glow + " Drag the body to turn it, or click it and use the arrow keys, plus and minus.",
               "class=\"lead\"") +
       body_view(diagnosis, scene, mismatch);
   if (!mismatch.empty()) {

@@ -30,7 +30,7 @@ header b { color: var(--fg); }
 .wide-names .words { display: block; color: var(--muted); font-size: 0.86rem; line-height: 1.3; }
 figure.body { display: grid; grid-template-columns: minmax(0, 1fr) 270px; margin: 8px 0 10px; border: 1px solid var(--rule); border-radius: 10px; overflow: hidden; }
 .stage { position: relative; min-height: 540px; background: radial-gradient(ellipse at 50% 45%, #ffffff 55%, #f1f4f7 100%); }
-.stage canvas { position: absolute; inset: 0; width: 100%; height: 100%; cursor: grab; touch-action: pan-y; }
+.stage canvas { position: absolute; inset: 0; width: 100%; height: 100%; object-fit: contain; cursor: grab; touch-action: pan-y; }
 .stage canvas:active { cursor: grabbing; }
 .stage canvas:focus-visible { outline: 2px solid var(--c1); outline-offset: -2px; }
 .beside { padding: 16px 18px; background: var(--card); border-left: 1px solid var(--rule); font-size: 0.86rem; }
@@ -86,9 +86,18 @@ footer b { color: var(--fg); }
 @media print {
   * { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
   .controls { display: none; }
-  .verdict { grid-template-columns: 1.4fr 1fr; }
-  .stage { min-height: 400px; }
-  .slices { grid-template-columns: 1fr 1fr 1fr; }
+  .verdict { grid-template-columns: 1.4fr 1fr; margin: 14px 0 0; }
+  .verdict h1 { font-size: 1.7rem; }
+  h2 { margin-top: 22px; padding-top: 10px; }
+  figure.body { grid-template-columns: 1fr; }
+  .beside { border: 0; padding: 8px 14px; font-size: 0.8rem; }
+  .key { display: flex; flex-wrap: wrap; gap: 2px 18px; margin: 0; padding: 0; border: 0; }
+  .key .ramp { width: 90px; margin: 0 8px 0 0; }
+  .stage { min-height: 380px; }
+  .panels, .slices { grid-template-columns: 1fr 1fr 1fr; gap: 6px 10px; }
+  .wide-names li { grid-template-columns: minmax(16em, 1fr) 1fr 6em; }
+  .wide-names .name { grid-column: auto; }
+  table { font-size: 9pt; }
   .card, .slice, .bars li { break-inside: avoid; }
 }
 )";

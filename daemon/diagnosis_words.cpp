@@ -113,7 +113,8 @@ std::string sureness_text(const core::Diagnosis& diagnosis) {
   }
   const auto likeliest = std::ranges::max_element(diagnosis.alternatives, {}, &core::Alternative::probability);
   if (likeliest == diagnosis.alternatives.end()) return {};
-  return "Likeliest fault: " + escape_html(likeliest->kind) + ", " + percent_text(likeliest->probability);
+  return "No fault is likelier than " + percent_text(likeliest->probability) + " (" + escape_html(likeliest->kind) +
+         ")";
 }
 
 std::string place_text(const core::Finding& finding, const core::Scene& scene) {

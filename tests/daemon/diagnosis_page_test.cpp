@@ -78,7 +78,7 @@ TEST_CASE("The first words say what is wrong, how sure that is and where") {
 
   const std::string null_page = diagnosis_page(no_mismatch_sample(scene), scene);
   CHECK(between(null_page, "<h1>", "</h1>") == "The simulation explains what was recorded.");
-  CHECK_THAT(null_page, Contains("Likeliest fault: parameters, 1.2 %") && !Contains("<h2>Forces") &&
+  CHECK_THAT(null_page, Contains("No fault is likelier than 1.2 % (parameters)") && !Contains("<h2>Forces") &&
                             !Contains("Cuts through the place") && !Contains("What to record next") &&
                             !Contains("held out: predicted"));
 
