@@ -10,7 +10,6 @@ namespace tissued::core {
 namespace {
 
 constexpr double kStepOfDifference = 1e-5;  // of what is typical
-constexpr double kWorthwhile = 0.2;         // of chi square that a step must promise
 const std::string kDiscretisation = "discretisation";
 
 Unknown body_unknown(std::string name, std::string unit, double value, double lowest, double highest, bool logarithmic,
@@ -400,7 +399,7 @@ std::vector<std::size_t> most_promising(const FitData& data, const Hypothesis& h
 }
 
 Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
-        int most_evaluations) {
+        const FitControl& control) {
   Fit best;
   best.hypothesis = hypothesis;
   best.unknowns = unknowns_of(hypothesis, data);
@@ -409,11 +408,11 @@ Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std
   if (!evaluator.run(best.unknowns, true, best)) return best;
   const Channels channels = channels_of(data.session->scene);
   double damping = 1e-3;
-  while (best.evaluations < most_evaluations) {
+  while (best.evaluations < control.most_evaluations) {
     const ErrorModel errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(best.residuals)));
     const NormalEquations equations = normal_equations(errors, pointers_to(best.residuals));
     const Eigen::VectorXd step = step_of(equations, best.unknowns, damping);
-    if ((equations.gradient + pull_of_prior(best.unknowns)).dot(step) < kWorthwhile) break;
+    if ((equations.gradient + pull_of_prior(best.unknowns)).dot(step) < control.worthwhile) break;
     Fit trial = best;
     for (std::size_t j = 0; j < trial.unknowns.size(); ++j)
       trial.unknowns[j].set_fitted(trial.unknowns[j].fitted() + step[static_cast<Eigen::Index>(j)]);

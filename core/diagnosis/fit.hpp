@@ -73,9 +73,15 @@ struct Fit {
   double sd(const std::string& name) const;  // of the value
 };
 
+// When a fit ends.
+struct FitControl {
+  int most_evaluations = 16;
+  double worthwhile = 0.3;  // of chi square: what a further step must promise
+};
+
 // start: unknowns of these names begin at these values (a scan's, or another fit's), beside the neutral ones.
 Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
-        int most_evaluations);
+        const FitControl& control);
 
 // Which of several starts promise the most after one step, best first. Those without an equilibrium are left out.
 std::vector<std::size_t> most_promising(const FitData& data, const Hypothesis& hypothesis,

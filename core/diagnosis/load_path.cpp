@@ -7,10 +7,11 @@ namespace tissued::core {
 
 namespace {
 
-constexpr double kStillSpeed = 0.2;      // mm/s; slower is a hold
-constexpr double kFirstRestTime = 0.06;  // s after a pad stopped: the next key; each further one twice as far
-constexpr double kTimeWeight = 0.5;      // mm/s: in a hold answers are interpolated in time, in motion along the way
-constexpr double kSamePose = 1e-6;       // mm
+constexpr double kStillSpeed = 0.2;     // mm/s; slower is a hold
+constexpr double kFirstRestTime = 0.1;  // s after a pad stopped: the next key
+constexpr double kRestGrowth = 2.2;     // each further one so many times as far
+constexpr double kTimeWeight = 0.5;     // mm/s: in a hold answers are interpolated in time, in motion along the way
+constexpr double kSamePose = 1e-6;      // mm
 
 double distance(const PadInput& a, const PadInput& b) {
   if (a.kind != b.kind) return 1e9;
@@ -67,7 +68,7 @@ LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel
     if (still) {
       if (trial.time[f] - rest_begin < next_rest) continue;
       add_key(trial, trial.time[f], false);
-      next_rest *= 2.0;
+      next_rest *= kRestGrowth;
       continue;
     }
     // Levels of the load that were crossed: the same ones there and back.

@@ -11,15 +11,16 @@ namespace tissued::core {
 
 namespace {
 
-constexpr double kTravel = 2.0, kCoarseTravel = 4.0;  // mm between keys
+constexpr double kTravel = 3.0, kCoarseTravel = 5.0;  // mm between keys
 constexpr double kOffset = 0.5;                       // mm, to which markers are placed
 constexpr double kMarkerShare = 0.0045;               // of the load: what quadratic elements may err at a marker
 constexpr double kForceShare = 0.03;                  // of the peak force, likewise
 constexpr double kForceShape = 0.004;                 // of the peak force: what does not go with the load
 constexpr double kCorrectionMean = 0.7, kCorrectionSd = 0.3;
-constexpr int kFastEvaluations = 16, kExactEvaluations = 6;
-constexpr std::size_t kMostExact = 4, kMostPairs = 2, kStartsToFit = 2;
+constexpr FitControl kFirstLook{4, 10.0}, kFast{16, 3.0}, kExact{6, 0.5};
+constexpr std::size_t kMostFast = 6, kMostExact = 4, kMostPairs = 2, kStartsToFit = 2;
 constexpr double kNear = 0.3;        // of the largest advantage: candidates with less are not looked at more closely
+constexpr double kPromising = 0.1;   // likewise, after the first look
 constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
 
 class Work {
@@ -238,14 +239,14 @@ void rebase(const FitData& exact, const Fit& at, FitData& fast) {
   }
 }
 
-// A few of the starts, or all where there are not many, fitted; the best of them.
-void fit_fast(const FitData& coarse, const FitData& fast, Candidate& candidate) {
+// A first look at a candidate: a few steps on few keys, from the most promising of its starts.
+void look_at(const FitData& coarse, Candidate& candidate) {
   std::vector<std::size_t> order{0};
   if (candidate.starts.size() > 1)
     order = most_promising(coarse, candidate.hypothesis, candidate.starts, &candidate.promises);
   if (order.size() > kStartsToFit) order.resize(kStartsToFit);
   for (std::size_t start : order) {
-    Fit tried = fit(fast, candidate.hypothesis, candidate.starts[start], kFastEvaluations);
+    Fit tried = fit(coarse, candidate.hypothesis, candidate.starts[start], kFirstLook);
     if (!tried.solved) {
       if (!candidate.fast.solved) candidate.fast.trouble = tried.trouble;
       continue;
@@ -264,40 +265,79 @@ bool better(const Candidate& a, const Candidate& b) {
   return a.best().log_evidence > b.best().log_evidence;
 }
 
-void fit_exact(SearchResult& result, std::vector<Candidate>& candidates, std::size_t most, double least, Work& work,
-               double from, double to) {
-  std::vector<Candidate*> chosen;
-  std::vector<Candidate*> order;
-  for (Candidate& candidate : candidates)
-    if (candidate.fast.solved) order.push_back(&candidate);
-  std::sort(order.begin(), order.end(),
-            [](const Candidate* a, const Candidate* b) { return a->fast.log_evidence > b->fast.log_evidence; });
-  for (Candidate* candidate : order)
-    if (chosen.size() < most && candidate->fast.log_evidence > least) chosen.push_back(candidate);
-  work.all(
-      chosen.size(),
-      [&](std::size_t i) {
-        chosen[i]->exact = fit(result.exact, chosen[i]->hypothesis, values_of(chosen[i]->fast), kExactEvaluations);
-        shed(chosen[i]->exact);
-      },
-      from, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
-  std::sort(candidates.begin(), candidates.end(), better);
-}
+// Ever fewer candidates by ever better models, against what the base of them all reaches.
+class Narrowing {
+ public:
+  // base: evidence by linear elements on few and on all keys of what every candidate adds to.
+  Narrowing(const FitData& coarse, const FitData& fast, const FitData& exact, const Candidate& base, Work& work)
+      : coarse_(&coarse), fast_(&fast), exact_(&exact), work_(&work) {
+    const Values values = values_of(base.best());
+    const FitControl control{3, 3.0};
+    on_coarse_ = fit(coarse, base.hypothesis, values, control).log_evidence;
+    on_fast_ = fit(fast, base.hypothesis, values, control).log_evidence;
+  }
 
-}  // namespace
+  void run(std::vector<Candidate>& candidates, std::size_t most_exact, double from, double to) {
+    const double first = from + 0.35 * (to - from), second = from + 0.6 * (to - from);
+    work_->all(
+        candidates.size(),
+        [&](std::size_t i) {
+          look_at(*coarse_, candidates[i]);
+          candidates[i].fast.log_evidence += on_fast_ - on_coarse_;
+          shed(candidates[i].fast);
+        },
+        from, first, [&](std::size_t i) { return "trying " + candidates[i].name(); });
+    const std::vector<Candidate*> promising = best_of(candidates, kMostFast, kPromising);
+    work_->all(
+        promising.size(),
+        [&](std::size_t i) {
+          Fit tried = fit(*fast_, promising[i]->hypothesis, values_of(promising[i]->fast), kFast);
+          shed(tried);
+          if (tried.solved) promising[i]->fast = std::move(tried);
+        },
+        first, second, [&](std::size_t i) { return "fitting " + promising[i]->name(); });
+    const std::vector<Candidate*> chosen = best_of(candidates, most_exact, kNear);
+    work_->all(
+        chosen.size(),
+        [&](std::size_t i) {
+          chosen[i]->exact = fit(*exact_, chosen[i]->hypothesis, values_of(chosen[i]->fast), kExact);
+          shed(chosen[i]->exact);
+        },
+        second, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
+    std::stable_sort(candidates.begin(), candidates.end(), better);
+  }
 
-SearchResult search(const RecordedSession& session, const SearchOptions& options) {
-  Work work(options);
-  SearchResult result;
+ private:
+  // Those worth more work: at most so many, with this share of the largest advantage.
+  std::vector<Candidate*> best_of(std::vector<Candidate>& candidates, std::size_t most, double share) const {
+    std::vector<Candidate*> order;
+    for (Candidate& candidate : candidates)
+      if (candidate.fast.solved && candidate.fast.log_evidence > on_fast_ + kWorthExact) order.push_back(&candidate);
+    std::stable_sort(order.begin(), order.end(), [](const Candidate* a, const Candidate* b) {
+      return a->fast.log_evidence > b->fast.log_evidence;
+    });
+    while (!order.empty() && (order.size() > most || order.back()->fast.log_evidence - on_fast_ <
+                                                         share * (order.front()->fast.log_evidence - on_fast_)))
+      order.pop_back();
+    return order;
+  }
+
+  const FitData *coarse_, *fast_, *exact_;
+  Work* work_;
+  double on_coarse_ = 0.0, on_fast_ = 0.0;
+};
+
+// The assumed physics by all models, and its numbers refitted.
+void assess_assumed(const RecordedSession& session, const SearchOptions& options, Work& work, SearchResult& result) {
   const ErrorModel errors = error_model(session);
   result.exact = fit_data(session, kTravel, FemElement::p2, errors, &work.stop);
   result.fast = fit_data(session, kTravel, FemElement::p1, errors, &work.stop);
   result.coarse = fit_data(session, kCoarseTravel, FemElement::p1, errors, &work.stop);
   work.tell(0.02, "the assumed physics");
-  Hypothesis nothing;
-  nothing.numbers = false;
   if (options.refine_mesh && session.scene.mesh.tet_count() <= kMostRefinedTets)
     result.discretisation_mm = correct_by_finer(session, work, result.exact);
+  Hypothesis nothing;
+  nothing.numbers = false;
   work.all(
       3,
       [&](std::size_t job) {
@@ -308,53 +348,41 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
       0.2, 0.25, [](std::size_t) { return "the assumed physics"; });
   shed(result.assumed);
   result.numbers = numbers_candidate();
-  fit_fast(result.coarse, result.fast, result.numbers);
-  if (result.numbers.fast.solved) result.singles = single_candidates(session, result.fast, result.numbers.fast);
-  // The long ones first: the threads end together.
-  std::stable_sort(result.singles.begin(), result.singles.end(), [](const Candidate& a, const Candidate& b) {
-    const auto weight = [](const Candidate& c) {
-      const bool has_history = !c.hypothesis.effects.empty() && c.hypothesis.effects.front()->has_history();
-      return c.starts.size() * (has_history ? 10 : 1);
-    };
-    return weight(a) > weight(b);
-  });
-  work.all(
-      result.singles.size() + 1,
-      [&](std::size_t i) {
-        if (i == 0) {
-          result.numbers.exact =
-              fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExactEvaluations);
-          return;
-        }
-        fit_fast(result.coarse, result.fast, result.singles[i - 1]);
-        shed(result.singles[i - 1].fast);
-      },
-      0.25, 0.55, [&](std::size_t i) { return "trying " + (i == 0 ? "other numbers" : result.singles[i - 1].name()); });
-  const double base = result.numbers.fast.log_evidence;
-  double most = base;
-  for (const Candidate& single : result.singles)
-    if (single.fast.solved) most = std::max(most, single.fast.log_evidence);
-  fit_exact(result, result.singles, kMostExact, base + std::max(kWorthExact, kNear * (most - base)), work, 0.55, 0.75);
+  result.numbers.fast = fit(result.fast, result.numbers.hypothesis, {}, kFast);
+  result.numbers.exact = fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExact);
+}
 
-  // A second one beside the likeliest.
-  if (!result.singles.empty() && result.singles.front().exact.solved && !work.over() &&
-      advantage(result, result.singles.front()) > kWorthExact) {
-    const Candidate first = result.singles.front();
-    FitData coarse = result.coarse, fast = result.fast;
-    work.all(
-        2, [&](std::size_t job) { rebase(result.exact, first.exact, job == 0 ? fast : coarse); }, 0.75, 0.77,
-        [](std::size_t) { return "a second explanation"; });
-    for (std::size_t i = 1; i < result.singles.size(); ++i)
-      if (result.singles[i].fast.solved) result.pairs.push_back(pair_candidate(first, result.singles[i]));
-    work.all(
-        result.pairs.size(),
-        [&](std::size_t i) {
-          fit_fast(coarse, fast, result.pairs[i]);
-          shed(result.pairs[i].fast);
-        },
-        0.77, 0.9, [&](std::size_t i) { return "trying " + result.pairs[i].name(); });
-    const double alone = fit(fast, first.hypothesis, values_of(first.exact), 3).log_evidence;
-    fit_exact(result, result.pairs, kMostPairs, alone + kWorthExact, work, 0.9, 1.0);
+void find_second(Work& work, SearchResult& result) {
+  const Candidate first = result.singles.front();
+  FitData coarse = result.coarse, fast = result.fast;
+  work.all(
+      2, [&](std::size_t job) { rebase(result.exact, first.exact, job == 0 ? fast : coarse); }, 0.6, 0.62,
+      [](std::size_t) { return "a second explanation"; });
+  for (std::size_t i = 1; i < result.singles.size(); ++i)
+    if (result.singles[i].fast.solved) result.pairs.push_back(pair_candidate(first, result.singles[i]));
+  Narrowing(coarse, fast, result.exact, first, work).run(result.pairs, kMostPairs, 0.62, 1.0);
+}
+
+}  // namespace
+
+SearchResult search(const RecordedSession& session, const SearchOptions& options) {
+  Work work(options);
+  SearchResult result;
+  assess_assumed(session, options, work, result);
+  if (result.numbers.fast.solved) {
+    result.singles = single_candidates(session, result.fast, result.numbers.fast);
+    // The long ones first: the threads end together.
+    std::stable_sort(result.singles.begin(), result.singles.end(), [](const Candidate& a, const Candidate& b) {
+      const auto weight = [](const Candidate& c) {
+        const bool has_history = !c.hypothesis.effects.empty() && c.hypothesis.effects.front()->has_history();
+        return c.starts.size() * (has_history ? 10 : 1);
+      };
+      return weight(a) > weight(b);
+    });
+    Narrowing(result.coarse, result.fast, result.exact, result.numbers, work).run(result.singles, kMostExact, 0.3, 0.6);
+    const bool has_first = !result.singles.empty() && result.singles.front().exact.solved &&
+                           advantage(result, result.singles.front()) > kWorthExact;
+    if (has_first && !work.over()) find_second(work, result);
   }
   result.complete = !work.stop;
   return result;
