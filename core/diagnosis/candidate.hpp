@@ -14,9 +14,9 @@ using Values = std::vector<std::pair<std::string, double>>;
 struct Candidate {
   std::vector<std::string> kinds;  // of the contract; empty: numbers only
   Hypothesis hypothesis;
-  std::vector<Values> starts;    // at least one
-  Fit fast, exact;               // linear elements corrected by quadratic ones; quadratic ones
-  std::vector<double> promises;  // of the starts, where there were many
+  std::vector<Values> starts;     // at least one
+  Fit fast, exact;                // linear elements corrected by quadratic ones; quadratic ones
+  std::vector<Promise> promises;  // of the starts, where there were many
 
   std::string name() const;
   const Fit& best() const { return exact.solved ? exact : fast; }

@@ -135,26 +135,18 @@ struct MismatchMap {
 MismatchMap mismatch_map(const SearchResult& result, const Scene& scene) {
   MismatchMap map;
   for (const Candidate& candidate : result.singles) {
-    if (candidate.kinds.front() != "inclusion" || candidate.promises.size() != candidate.starts.size()) continue;
-    double worst = 0.0, best = std::numeric_limits<double>::infinity();
-    for (double promise : candidate.promises)
-      if (std::isfinite(promise)) {
-        worst = std::max(worst, promise);
-        best = std::min(best, promise);
-      }
+    if (candidate.kinds.front() != "inclusion" || candidate.promises.size() < 2) continue;
+    const double best = candidate.promises.front().chi_square, worst = candidate.promises.back().chi_square;
     if (!(worst > best)) return map;
     std::vector<Vec3> places;
     std::vector<double> gains;
-    for (std::size_t i = 0; i < candidate.starts.size(); ++i) {
-      const Values& start = candidate.starts[i];
-      if (!std::isfinite(candidate.promises[i])) continue;
+    for (const Promise& promise : candidate.promises) {
+      const Values& start = candidate.starts[promise.start];
       places.emplace_back(start[0].second, start[1].second, start[2].second);
-      gains.push_back((worst - candidate.promises[i]) / (worst - best));
-      if (candidate.promises[i] == best) {
-        map.peak = places.back();
-        map.radius = start[3].second;
-      }
+      gains.push_back((worst - promise.chi_square) / (worst - best));
     }
+    map.peak = places.front();
+    map.radius = candidate.starts.front()[3].second;
     for (const Tet& tet : scene.mesh.tets) {
       Vec3 middle = Vec3::Zero();
       for (int node : tet) middle += 0.25 * scene.mesh.node(node);

@@ -9,6 +9,7 @@ namespace tissued::core {
 
 namespace {
 
+constexpr double kLargestStep = 1.2;        // likewise, of a first step
 constexpr double kStepOfDifference = 1e-5;  // of what is typical
 const std::string kDiscretisation = "discretisation";
 
@@ -29,7 +30,9 @@ double reach_of(const Scene& scene) {
   return 0.5 * (scene.mesh.rest.colwise().maxCoeff() - scene.mesh.rest.colwise().minCoeff()).maxCoeff();
 }
 
-bool is_place(const std::string& parameter) { return parameter.starts_with("center.") || parameter.starts_with("at."); }
+bool is_place(const std::string& parameter) {
+  return parameter.starts_with("center.") || parameter.starts_with("at.") || parameter.starts_with("axis.");
+}
 
 std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& data) {
   const Scene& scene = data.session->scene;
@@ -50,7 +53,7 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& da
                                         [&name](const auto& fixed) { return fixed.first == name; });
       if (p.fixed || is_fixed) continue;
       unknowns.push_back(body_unknown(name, p.unit, neutral[k], p.lowest, p.highest, p.logarithmic,
-                                      is_place(p.name) ? reach_of(scene) : p.typical));
+                                      is_place(p.name) && p.unit == "mm" ? reach_of(scene) : p.typical));
     }
   }
   const std::vector<std::string> names = fault_names(hypothesis.slips, scene);
@@ -273,8 +276,12 @@ Eigen::VectorXd step_of(const NormalEquations& equations, const std::vector<Unkn
 
 void begin_at(const std::vector<std::pair<std::string, double>>& start, std::vector<Unknown>& unknowns) {
   for (const auto& [name, value] : start)
-    for (Unknown& unknown : unknowns)
-      if (unknown.name == name) unknown.value = std::clamp(value, unknown.lowest, unknown.highest);
+    for (Unknown& unknown : unknowns) {
+      if (unknown.name != name) continue;
+      unknown.value = std::clamp(value, unknown.lowest, unknown.highest);
+      // Every place and axis is as likely as any other: nothing pulls away from where the search begins.
+      if (is_place(name.substr(name.find('.') + 1))) unknown.prior = unknown.fitted();
+    }
 }
 
 const Unknown& find(const Fit& fit, const std::string& name, std::size_t* index = nullptr) {
@@ -321,9 +328,9 @@ Fit assess(const FitData& data, const Hypothesis& hypothesis,
 
 namespace {
 
-// Chi square after one step from where the last effect is absent, for every start of it: one evaluation for all.
-std::vector<double> linear_promises(const FitData& data, const Hypothesis& hypothesis,
-                                    const std::vector<std::vector<std::pair<std::string, double>>>& starts) {
+// After one step from where the last effect is absent, for every start of it: one evaluation for all.
+std::vector<Promise> linear_promises(const FitData& data, const Hypothesis& hypothesis,
+                                     const std::vector<std::vector<std::pair<std::string, double>>>& starts) {
   const Effect& effect = *hypothesis.effects.back();
   const Scene& scene = data.session->scene;
   const Channels channels = channels_of(scene);
@@ -345,7 +352,7 @@ std::vector<double> linear_promises(const FitData& data, const Hypothesis& hypot
       if (name.starts_with(prefix) && name != amplitude) column.with.emplace_back(name, value);
     evaluator.add_column(std::move(column));
   }
-  std::vector<double> promises(starts.size(), std::numeric_limits<double>::infinity());
+  std::vector<Promise> promises;
   Fit at;
   if (!evaluator.run(unknowns, true, at)) return promises;
   const ErrorModel errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(at.residuals)));
@@ -360,42 +367,46 @@ std::vector<double> linear_promises(const FitData& data, const Hypothesis& hypot
     const Eigen::VectorXd cross = equations.normal.col(j).head(shared), solved = factor.solve(cross);
     const double own = equations.gradient[j] - solved.dot(pull);
     const double stiffness = equations.normal(j, j) - solved.dot(cross) + 1.0 / (parameter.typical * parameter.typical);
-    promises[i] = base - own * own / stiffness;
+    // As far as a linear step can be trusted.
+    const double limit = kLargestStep * parameter.typical;
+    const double change = std::clamp(own / stiffness, -limit, limit);
+    const double value = parameter.logarithmic ? neutral * std::exp(change) : neutral + change;
+    promises.push_back({i, base - own * own / stiffness, std::clamp(value, parameter.lowest, parameter.highest)});
   }
   return promises;
 }
 
 }  // namespace
 
-std::vector<std::size_t> most_promising(const FitData& data, const Hypothesis& hypothesis,
-                                        const std::vector<std::vector<std::pair<std::string, double>>>& starts,
-                                        std::vector<double>* promises) {
-  const bool is_linear = !hypothesis.effects.empty() && hypothesis.effects.back()->amplitude() >= 0;
-  std::vector<double> promised(starts.size(), std::numeric_limits<double>::infinity());
-  if (is_linear) promised = linear_promises(data, hypothesis, starts);
-  const Channels channels = channels_of(data.session->scene);
-  Evaluator evaluator(data, hypothesis);
-  ErrorModel errors;
-  for (std::size_t i = 0; i < starts.size() && !is_linear; ++i) {
-    Fit at;
-    at.unknowns = unknowns_of(hypothesis, data);
-    begin_at(starts[i], at.unknowns);
-    if (!evaluator.run(at.unknowns, true, at)) continue;
-    // One measure for all of them.
-    if (errors.noise.size() == 0)
-      errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(at.residuals)));
-    const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
-    const Eigen::VectorXd step = step_of(equations, at.unknowns, 1e-2);
-    const Eigen::VectorXd pull = equations.gradient + pull_of_prior(at.unknowns);
-    promised[i] = equations.chi_square + penalty_of(at.unknowns) - 2.0 * pull.dot(step) +
-                  step.dot(with_prior(equations.normal, at.unknowns) * step);
+std::vector<Promise> most_promising(const FitData& data, const Hypothesis& hypothesis,
+                                    const std::vector<std::vector<std::pair<std::string, double>>>& starts) {
+  std::vector<Promise> promises;
+  if (!hypothesis.effects.empty() && hypothesis.effects.back()->amplitude() >= 0) {
+    promises = linear_promises(data, hypothesis, starts);
+  } else {
+    const Channels channels = channels_of(data.session->scene);
+    Evaluator evaluator(data, hypothesis);
+    ErrorModel errors;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      Fit at;
+      at.unknowns = unknowns_of(hypothesis, data);
+      begin_at(starts[i], at.unknowns);
+      if (!evaluator.run(at.unknowns, true, at)) continue;
+      // One measure for all of them.
+      if (errors.noise.size() == 0)
+        errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(at.residuals)));
+      const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
+      const Eigen::VectorXd step = step_of(equations, at.unknowns, 1e-2);
+      const Eigen::VectorXd pull = equations.gradient + pull_of_prior(at.unknowns);
+      promises.push_back({i,
+                          equations.chi_square + penalty_of(at.unknowns) - 2.0 * pull.dot(step) +
+                              step.dot(with_prior(equations.normal, at.unknowns) * step),
+                          std::numeric_limits<double>::quiet_NaN()});
+    }
   }
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < starts.size(); ++i)
-    if (std::isfinite(promised[i])) order.push_back(i);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return promised[a] < promised[b]; });
-  if (promises != nullptr) *promises = promised;
-  return order;
+  std::stable_sort(promises.begin(), promises.end(),
+                   [](const Promise& a, const Promise& b) { return a.chi_square < b.chi_square; });
+  return promises;
 }
 
 Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,

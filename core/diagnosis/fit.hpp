@@ -83,10 +83,16 @@ struct FitControl {
 Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
         const FitControl& control);
 
-// Which of several starts promise the most after one step, best first. Those without an equilibrium are left out.
-std::vector<std::size_t> most_promising(const FitData& data, const Hypothesis& hypothesis,
-                                        const std::vector<std::vector<std::pair<std::string, double>>>& starts,
-                                        std::vector<double>* promises = nullptr);
+// What a start promises.
+struct Promise {
+  std::size_t start = 0;    // index
+  double chi_square = 0.0;  // after one step
+  double amplitude = 0.0;   // of Effect::amplitude after that step; as it was where the effect has none
+};
+
+// Of several starts of the hypothesis' last effect, best first. Those without an equilibrium are left out.
+std::vector<Promise> most_promising(const FitData& data, const Hypothesis& hypothesis,
+                                    const std::vector<std::vector<std::pair<std::string, double>>>& starts);
 
 // The unknowns at their neutral values, without a fit: what the assumed physics predicts.
 Fit assess(const FitData& data, const Hypothesis& hypothesis,

@@ -241,12 +241,22 @@ void rebase(const FitData& exact, const Fit& at, FitData& fast) {
 
 // A first look at a candidate: a few steps on few keys, from the most promising of its starts.
 void look_at(const FitData& coarse, Candidate& candidate) {
-  std::vector<std::size_t> order{0};
-  if (candidate.starts.size() > 1)
-    order = most_promising(coarse, candidate.hypothesis, candidate.starts, &candidate.promises);
-  if (order.size() > kStartsToFit) order.resize(kStartsToFit);
-  for (std::size_t start : order) {
-    Fit tried = fit(coarse, candidate.hypothesis, candidate.starts[start], kFirstLook);
+  std::vector<Values> starts = candidate.starts;
+  if (starts.size() > 1) {
+    candidate.promises = most_promising(coarse, candidate.hypothesis, starts);
+    starts.clear();
+    for (const Promise& promise : candidate.promises) {
+      if (starts.size() == kStartsToFit) break;
+      starts.push_back(candidate.starts[promise.start]);
+      const Effect& effect = *candidate.hypothesis.effects.back();
+      if (effect.amplitude() < 0) continue;
+      const std::string name = model_parameter(effect, effect.parameters()[effect.amplitude()]);
+      for (auto& [of, value] : starts.back())
+        if (of == name) value = promise.amplitude;
+    }
+  }
+  for (const Values& start : starts) {
+    Fit tried = fit(coarse, candidate.hypothesis, start, kFirstLook);
     if (!tried.solved) {
       if (!candidate.fast.solved) candidate.fast.trouble = tried.trouble;
       continue;
