@@ -96,6 +96,7 @@ core::SimulatorOptions read_simulator(const Document& document, const Bundle& bu
   options.filter.modes = document.value("/filter/modes", options.filter.modes);
   options.filter.stiffness_sd = document.value("/filter/stiffness_sd", options.filter.stiffness_sd);
   options.filter.stiffness_length = document.value("/filter/stiffness_length", options.filter.stiffness_length);
+  options.filter.slip = document.value("/filter/slip", options.filter.slip);
   options.filter.discrepancy = document.value("/filter/discrepancy", options.filter.discrepancy);
   options.fem = read_fem(document);
   return options;

@@ -47,6 +47,11 @@ void AdmmSimulator::build(const Scene& scene, double time_step) {
                            modes_for(*model_, options_.filter.modes));
     filter_.emplace(*model_, *basis_, options_.filter);
   }
+  const std::size_t markers = model_->scene().markers.size();
+  if (!history_) history_.emplace(markers);
+  simulated_.assign(markers, Vec3::Zero());
+  markers_now_.assign(markers, Vec3::Zero());
+  marker_seen_.assign(markers, 0);
   last_finite_ = state_->x;
   pad_forces_.assign(model_->scene().pads.size(), Vec3::Zero());
 }
@@ -66,6 +71,7 @@ void AdmmSimulator::reset() {
   std::fill(workspace_->held_pads.begin(), workspace_->held_pads.end(), std::uint8_t{0});
   workspace_->held.hold(workspace_->held_pads);
   for (Vec3& force : pad_forces_) force.setZero();
+  history_->clear();
   if (filter_) filter_->reset();
   if (stiffness_filter_) stiffness_filter_->reset();
 }
@@ -75,6 +81,7 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
   const int frames = std::clamp(static_cast<int>(std::lround(observation.dt / time_step_)), 1, 20);
   if (options_.solver.scheme == Scheme::per_frame) {
     iterate(observation, observation.dt, options_.solver.iterations, report);
+    bring_forward(observation, report);
     correct(observation, observation.dt, frames, report);
   } else {
     // Algorithm 1 as printed: n counts iterations and time steps at once. The frame's time is shared out over its n, so
@@ -82,6 +89,7 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
     // covariance, or a lost frame would unsettle a gain that needs hundreds of these short steps to settle again.
     for (int n = 0; n < steps_per_frame(); ++n) {
       iterate(observation, observation.dt / steps_per_frame(), 1, report);
+      if (n == 0) bring_forward(observation, report);
       correct(observation, observation.dt / steps_per_frame(), 1, report);
     }
   }
@@ -125,14 +133,30 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   state.dt = dt;
 }
 
+// Markers that are older than the pads go on as the simulation has since.
+void AdmmSimulator::bring_forward(const Observation& observation, StepReport& report) {
+  if (!closed_loop_) return;
+  for (std::size_t i = 0; i < simulated_.size(); ++i) simulated_[i] = marker(static_cast<int>(i));
+  history_->add(simulated_, observation.dt);
+  marker_seen_ = observation.marker_seen;
+  if (!history_->moved_since(observation.marker_age, markers_now_)) {
+    for (std::uint8_t& seen : marker_seen_) {
+      report.markers_too_late += seen != 0 ? 1 : 0;
+      seen = 0;
+    }
+  }
+  for (std::size_t i = 0; i < markers_now_.size(); ++i) markers_now_[i] += observation.markers[i];
+}
+
 void AdmmSimulator::correct(const Observation& observation, double dt, int frames, StepReport& report) {
   Innovation innovation;
   if (filter_)
-    innovation = filter_->correct(observation.markers, observation.marker_seen, workspace_->held_pads, frames,
-                                  state_->x, state_->x_previous);
-  if (stiffness_filter_)
     innovation =
-        stiffness_filter_->correct(observation.markers, observation.marker_seen, workspace_->held_pads, dt, *state_);
+        filter_->correct(markers_now_, marker_seen_, workspace_->held_pads, frames, state_->x, state_->x_previous);
+  if (stiffness_filter_) {
+    pad_forces(*workspace_, pad_forces_);
+    innovation = stiffness_filter_->correct(markers_now_, marker_seen_, observation.pads, pad_forces_, dt, *state_);
+  }
   report.markers_used = innovation.markers_used;
   report.markers_swapped = innovation.markers_swapped;
   report.innovation_rms = innovation.rms;

@@ -6,6 +6,7 @@
 
 #include "core/admm.hpp"
 #include "core/marker_filter.hpp"
+#include "core/marker_history.hpp"
 #include "core/simulator.hpp"
 #include "core/stiffness_filter.hpp"
 
@@ -35,6 +36,7 @@ class AdmmSimulator final : public Simulator {
   void build(const Scene& scene, double time_step);
   int steps_per_frame() const;
   void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
+  void bring_forward(const Observation& observation, StepReport& report);
   void correct(const Observation& observation, double dt, int frames, StepReport& report);
   bool state_is_finite() const;
 
@@ -47,6 +49,9 @@ class AdmmSimulator final : public Simulator {
   std::optional<ModalBasis> basis_;                  // does not depend on the time step
   std::optional<MarkerFilter> filter_;               // presets paper and force
   std::optional<StiffnessFilter> stiffness_filter_;  // preset standard
+  std::optional<MarkerHistory> history_;
+  std::vector<Vec3> simulated_, markers_now_;  // (markers) mm: simulated; seen, brought forward to the newest pads
+  std::vector<std::uint8_t> marker_seen_;      // (markers), as observed; none where they came too late
   NodeField last_finite_;
   std::vector<Vec3> pad_forces_;
 };

@@ -83,8 +83,11 @@ RestCompliance::RestCompliance(const Model& model)
   for (int k = 0; k < pads; ++k) right(row_of_[k], observed_ + k) = 1.0;
   columns_ = RowMatrix::Zero(size, right.cols());
   if (right.size() > 0) columns_ = SparseCholesky(rest_tangent(model)).solve(right);
-  held_columns_ = columns_.leftCols(observed_);
-  reach_ = RowMatrix::Zero(pads, observed_);
+  const auto axes = 3 * static_cast<Eigen::Index>(model.pad_nodes().size());
+  held_columns_ = RowMatrix::Zero(size, observed_ + axes);
+  held_columns_.leftCols(observed_) = columns_.leftCols(observed_);
+  pad_shift_ = RowMatrix::Zero(axes, observed_);
+  reach_ = RowMatrix::Zero(pads, observed_ + axes);
   work_ = RowMatrix::Zero(size, pads);
   among_held_ = Eigen::MatrixXd::Zero(pads, pads);
   held_.reserve(pad_of_.size());
@@ -92,23 +95,32 @@ RestCompliance::RestCompliance(const Model& model)
 
 void RestCompliance::hold(std::span<const std::uint8_t> held_pads) {
   held_.clear();
+  const auto is_held = [this](int row) {  // by another pad, that shares the node
+    return std::any_of(held_.begin(), held_.end(), [&](int k) { return row_of_[k] == row; });
+  };
   for (std::size_t k = 0; k < pad_of_.size(); ++k)
-    if (held_pads[pad_of_[k]]) held_.push_back(static_cast<int>(k));
+    if (held_pads[pad_of_[k]] && !is_held(row_of_[k])) held_.push_back(static_cast<int>(k));
   const int held = static_cast<int>(held_.size());
-  held_columns_ = columns_.leftCols(observed_);
+  held_columns_.leftCols(observed_) = columns_.leftCols(observed_);
+  held_columns_.rightCols(pad_shift_.rows()).setZero();
+  pad_shift_.setZero();
   if (held == 0) return;
   for (int k = 0; k < held; ++k) {
     for (int l = 0; l < held; ++l) among_held_(k, l) = columns_(row_of_[held_[k]], observed_ + held_[l]);
-    reach_.row(k) = columns_.row(row_of_[held_[k]]).head(observed_);
+    reach_.row(k).head(observed_) = columns_.row(row_of_[held_[k]]).head(observed_);
+    reach_.row(k).tail(pad_shift_.rows()).setZero();
+    reach_(k, observed_ + axis_of(held_[k])) = -1.0;
   }
   Eigen::Ref<Eigen::MatrixXd> in_place(among_held_.topLeftCorner(held, held));
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(in_place);
-  forward_substitute(held, observed_, among_held_.data(), among_held_.outerStride(), reach_.data());
-  backward_substitute(held, observed_, among_held_.data(), among_held_.outerStride(), reach_.data());
+  const auto width = static_cast<int>(reach_.cols());
+  forward_substitute(held, width, among_held_.data(), among_held_.outerStride(), reach_.data());
+  backward_substitute(held, width, among_held_.data(), among_held_.outerStride(), reach_.data());
+  for (int k = 0; k < held; ++k) pad_shift_.row(axis_of(held_[k])) += reach_.row(k).head(observed_);
   double* work = work_.data();
   for (Eigen::Index row = 0; row < columns_.rows(); ++row)
     for (int k = 0; k < held; ++k) *work++ = -columns_(row, observed_ + held_[k]);
-  add_product(static_cast<int>(columns_.rows()), held, observed_, work_.data(), reach_.data(), held_columns_.data());
+  add_product(static_cast<int>(columns_.rows()), held, width, work_.data(), reach_.data(), held_columns_.data());
 }
 
 }  // namespace tissued::core

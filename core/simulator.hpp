@@ -41,10 +41,10 @@ struct FilterOptions {
   double process_noise = 0.0;      // of the presets paper and force, mm^2; 0: the preset's own size
   double measurement_noise = 0.0;  // mm, standard deviation per axis; 0: the preset's own (paper: 0.1)
   int modes = 0;              // of the presets paper and force: lowest kept; 0: all up to 1200 free nodes, else 300
-  double stiffness_sd = 0.4;  // of the natural logarithm of the stiffness, before anything is learnt
-  double stiffness_length = 15.0;  // mm, over which stiffness varies
-  double slip = 0.1;               // of the load: standard deviation of a pad's slip on the skin, per axis
-  double discrepancy = 0.05;       // of the load: standard deviation of what neither explains
+  double stiffness_sd = 0.5;  // of the natural logarithm of the stiffness, before anything is learnt
+  double stiffness_length = 12.0;  // mm, over which stiffness varies
+  double slip = 0.15;              // of the load: standard deviation of a pad's slip on the skin, per axis
+  double discrepancy = 0.015;      // of the load: standard deviation of what neither explains
 };
 
 struct FemSimulatorOptions {
@@ -66,6 +66,7 @@ struct Observation {
   std::vector<PadInput> pads;             // (pads)
   std::vector<Vec3> markers;              // (markers) mm, tissue; bias of placement removed (RestCalibration)
   std::vector<std::uint8_t> marker_seen;  // (markers) 0: not seen in this frame
+  double marker_age = 0.0;                // s by which the markers are older than the pads
 
   void resize_for(const Scene& scene) {
     pads.assign(scene.pads.size(), PadInput{});
@@ -83,6 +84,7 @@ struct StepReport {
   int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began
   int markers_used = 0;          // 0 in open loop
   int markers_swapped = 0;       // of them: labels recognised as taken for each other
+  int markers_too_late = 0;      // seen longer ago than the simulation remembers; not used
   double innovation_rms = 0.0;   // mm per axis, of the markers used, before the correction
   double pad_ramp = 0.0;         // mm by which a pad is ahead of the simulated one because its jump is ramped
 };

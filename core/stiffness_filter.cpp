@@ -23,20 +23,18 @@ constexpr double kUnloading = 0.9;  // of the largest load since rest: what it s
 constexpr double kFreshTravel = 5.0;    // mm
 constexpr double kForgetting = 0.01;    // share of what is known that a learning step gives back: the body may change
 constexpr double kGate = 25.0;          // of the squared innovation in units of its covariance: 5 standard deviations
+constexpr double kScaleSd = 0.5;        // of the logarithm of the stiffness as a whole
+constexpr double kForceShare = 0.1;     // of a measured force: what stiffness does not explain of it
+constexpr double kForceNoise = 0.02;    // N, of a force sensor
 constexpr double kUnlearntShare = 0.1;  // of the load: what may be off before anything was learnt
 
-RowMatrix kernel_of(const Model& model) {
-  std::vector<Vec3> places;
-  for (const Marker& marker : model.scene().markers) places.push_back(marker.rest);
-  for (const Target& target : model.scene().targets) places.push_back(target.rest);
-  const auto markers = static_cast<Eigen::Index>(model.scene().markers.size());
-  RowMatrix kernel(markers, static_cast<Eigen::Index>(places.size()));
-  const double scale = -0.5 / (StiffnessFilter::kLengthOfDiscrepancy * StiffnessFilter::kLengthOfDiscrepancy);
-  for (Eigen::Index i = 0; i < kernel.rows(); ++i)
-    for (Eigen::Index k = 0; k < kernel.cols(); ++k)
-      kernel(i, k) =
-          std::exp(scale * (places[static_cast<std::size_t>(i)] - places[static_cast<std::size_t>(k)]).squaredNorm());
-  return kernel;
+// With a last column for the stiffness as a whole.
+RowMatrix field_with_scale(const Model& model, const FilterOptions& options) {
+  const RowMatrix field =
+      stiffness_field(model.scene().mesh.rest, options.stiffness_sd, options.stiffness_length, kMostCoefficients);
+  RowMatrix all(field.rows(), field.cols() + 1);
+  all << field, Eigen::VectorXd::Constant(field.rows(), kScaleSd);
+  return all;
 }
 
 double largest_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
@@ -52,21 +50,21 @@ StiffnessFilter::StiffnessFilter(const Model& model, const FilterOptions& option
       compliance_(model),
       marker_count_(static_cast<int>(model.marker_points().size())),
       target_count_(static_cast<int>(model.target_points().size())),
-      field_(
-          stiffness_field(model.scene().mesh.rest, options.stiffness_sd, options.stiffness_length, kMostCoefficients)),
-      kernel_(kernel_of(model)),
+      field_(field_with_scale(model, options)),
       noise_variance_(
           std::pow(options.measurement_noise > 0 ? options.measurement_noise : model.scene().marker_noise, 2)),
-      initial_share_(options.discrepancy) {
+      initial_share_(options.discrepancy),
+      slip_share_(options.slip),
+      discrepancy_(model, noise_variance_) {
   const auto markers = static_cast<std::size_t>(marker_count_), targets = static_cast<std::size_t>(target_count_);
-  const Eigen::Index r = field_.cols(), m = marker_count_, observed = compliance_.observed();
+  const Eigen::Index r = field_.cols(), pads = static_cast<Eigen::Index>(model.scene().pads.size()),
+                     m = marker_count_ + pads, observed = compliance_.observed() + 3 * pads;
   displacement_.assign(markers, Vec3::Zero());
   innovation_.assign(markers, Vec3::Zero());
   used_.reserve(markers);
   refused_.reserve(markers);
-  known_.reserve(markers);
+  moved_.assign(markers, 0.0);
   squares_.reserve(markers);
-  target_shift_.assign(targets, Vec3::Zero());
   learnt_covariance_.assign(markers + targets, Mat3::Zero());
   target_covariance_.assign(targets, Mat3::Zero());
   domain_row_ = RowMatrix::Zero(1, observed);
@@ -80,8 +78,10 @@ StiffnessFilter::StiffnessFilter(const Model& model, const FilterOptions& option
   spread_rows_ = rows_;
   gain_ = rows_;
   spread_ = Eigen::MatrixXd::Zero(3 * m, 3 * m);
-  kernel_factor_ = Eigen::MatrixXd::Zero(m, m);
-  kernel_work_ = RowMatrix::Zero(m, 3 + target_count_);
+  news_ = Eigen::VectorXd::Zero(3 * m);
+  weighed_.reserve(model.scene().pads.size());
+  force_innovation_.assign(model.scene().pads.size(), Vec3::Zero());
+  force_noise_.assign(model.scene().pads.size(), 0.0);
   log_stiffness_ = Eigen::VectorXd::Zero(field_.rows());
   covariance_ = RowMatrix::Identity(r, r);
   coefficients_ = Eigen::VectorXd::Zero(r);
@@ -97,26 +97,22 @@ void StiffnessFilter::reset() {
   learnt_ = false;
   const auto markers = static_cast<std::size_t>(marker_count_);
   learnt_at_.assign(markers, Vec3::Zero());
-  discrepancy_.assign(markers, Vec3::Zero());
+  discrepancy_.reset();
   displacement_before_.assign(markers, Vec3::Zero());
-  uncertainty_.assign(markers, 0.0);
   resting_at_.assign(markers, Vec3::Zero());
   next_domain_ = 0;
   resting_ = load_ = travel_ = peak_load_ = sensitivity_load_ = 0.0;
   held_.assign(model_->scene().pads.size(), 0);
   compliance_.hold(held_);
-  std::fill(target_shift_.begin(), target_shift_.end(), Vec3::Zero());
   std::fill(learnt_covariance_.begin(), learnt_covariance_.end(), Mat3::Zero());
   std::fill(target_covariance_.begin(), target_covariance_.end(), Mat3::Zero());
   update_covariances();
 }
 
 Innovation StiffnessFilter::correct(std::span<const Vec3> markers, std::span<const std::uint8_t> seen,
-                                    std::span<const std::uint8_t> held_pads, double dt, AdmmState& state) {
-  if (!std::equal(held_pads.begin(), held_pads.end(), held_.begin())) {
-    std::copy(held_pads.begin(), held_pads.end(), held_.begin());
-    compliance_.hold(held_);
-  }
+                                    std::span<const PadInput> pads, std::span<const Vec3> pad_forces, double dt,
+                                    AdmmState& state) {
+  see_pads(pads, pad_forces);
   measure(markers, seen, state);
   variance_ = std::max(expected_variance(), shown_variance());
   gate(markers);
@@ -126,15 +122,35 @@ Innovation StiffnessFilter::correct(std::span<const Vec3> markers, std::span<con
   double sum = 0.0;
   for (int marker : used_) sum += innovation_[marker].squaredNorm();
   if (!used_.empty()) result.rms = std::sqrt(sum / (3.0 * result.markers_used));
-  follow_discrepancy(dt);
+  discrepancy_.follow(innovation_, used_, moved_, share_, load_, dt);
   if (load_is_news(dt) && !used_.empty()) {
     learn_in_parts(state);
   } else {
     next_domain_ = 0;
   }
-  spread_discrepancy();
+  discrepancy_.explain(variance_, slip_variance());
   update_covariances();
   return result;
+}
+
+// Which pads hold, and which say how hard they push.
+void StiffnessFilter::see_pads(std::span<const PadInput> pads, std::span<const Vec3> pad_forces) {
+  bool changed = false;
+  forced_ = false;
+  weighed_.clear();
+  for (std::size_t pad = 0; pad < pads.size(); ++pad) {
+    const std::uint8_t holds = pads[pad].kind == PadInput::Kind::pose ? 1 : 0;
+    changed = changed || holds != held_[pad];
+    held_[pad] = holds;
+    forced_ = forced_ || pads[pad].kind == PadInput::Kind::force;
+    if (!holds || !pads[pad].measured_force || !pads[pad].measured_force->allFinite()) continue;
+    weighed_.push_back(static_cast<int>(pad));
+    force_innovation_[pad] = *pads[pad].measured_force - pad_forces[pad];
+    force_noise_[pad] = kForceNoise + kForceShare * pads[pad].measured_force->norm();
+  }
+  if (!changed) return;
+  compliance_.hold(held_);
+  discrepancy_.hold(compliance_, held_);
 }
 
 // Innovations of the markers seen, against the simulation; displacements are compared: where exactly a marker was glued
@@ -147,6 +163,8 @@ void StiffnessFilter::measure(std::span<const Vec3> markers, std::span<const std
     const MaterialPoint& point = model_->marker_points()[i];
     displacement_[i] = position_of(point, state.x) - position_of(point, model_->rest());
     load_ = std::max(load_, displacement_[i].norm());
+    moved_[i] = (displacement_[i] - displacement_before_[i]).norm();
+    displacement_before_[i] = displacement_[i];
     if (!seen[i]) continue;
     innovation_[i] = markers[i] - model_->scene().markers[i].rest - displacement_[i];
     used_.push_back(i);
@@ -159,7 +177,8 @@ double StiffnessFilter::shown_variance() {
   constexpr std::size_t kFewest = 4;
   if (used_.size() < kFewest) return 0.0;
   squares_.clear();
-  for (int marker : used_) squares_.push_back(innovation_[marker].squaredNorm());
+  for (int marker : used_)
+    squares_.push_back((innovation_[marker] - discrepancy_.slip_at_marker(marker)).squaredNorm());
   const auto middle = squares_.begin() + static_cast<std::ptrdiff_t>(squares_.size() / 2);
   std::nth_element(squares_.begin(), middle, squares_.end());
   return std::max(0.0, *middle / kMedian - noise_variance_);
@@ -169,6 +188,8 @@ bool StiffnessFilter::plausible(int marker, const Vec3& innovation) const {
   const double unlearnt = learnt_ ? 0.0 : kUnlearntShare * load_;
   Mat3 covariance = learnt_covariance_[marker];
   covariance.diagonal().array() += variance_ + unlearnt * unlearnt + noise_variance_;
+  const auto slip = discrepancy_.slip_rows().block(3 * marker, 0, 3, discrepancy_.slips());
+  covariance += slip_variance() * slip.lazyProduct(slip.transpose());
   return innovation.dot(covariance.inverse() * innovation) <= kGate;
 }
 
@@ -201,26 +222,6 @@ bool StiffnessFilter::unswap(std::size_t first, std::span<const Vec3> markers) {
     return true;
   }
   return false;
-}
-
-// A scalar Kalman filter for every marker, its three axes alike: the discrepancy walks as the load does.
-void StiffnessFilter::follow_discrepancy(double dt) {
-  constexpr double kCreep = 0.05;    // mm per square root of a second, at rest
-  constexpr double kSurprise = 9.0;  // of the squared innovation: it jumped
-  for (int i = 0; i < marker_count_; ++i) {
-    const double moved = (displacement_[i] - displacement_before_[i]).norm();
-    displacement_before_[i] = displacement_[i];
-    uncertainty_[i] += share_ * share_ * load_ * moved + kCreep * kCreep * dt;
-  }
-  for (int marker : used_) {
-    const Vec3 news = innovation_[marker] - discrepancy_[marker];
-    const double square = news.squaredNorm() / 3.0;
-    double& uncertainty = uncertainty_[marker];
-    if (square > kSurprise * (uncertainty + noise_variance_)) uncertainty = square;
-    const double gain = uncertainty / (uncertainty + noise_variance_);
-    discrepancy_[marker] += gain * news;
-    uncertainty *= 1.0 - gain;
-  }
 }
 
 // Whether the load is at rest and says something that it did not say before.
@@ -280,57 +281,87 @@ void StiffnessFilter::add_sensitivity(const StrainDomain& domain, const AdmmStat
     }
   }
   domain_row_.setZero();
-  add_rows(compliance_.observed(), static_cast<int>(corner_rows_.size()), corner_rows_.data(), corner_factors_.data(),
-           compliance_.columns().data(), domain_row_.data());
+  add_rows(static_cast<int>(domain_row_.cols()), static_cast<int>(corner_rows_.size()), corner_rows_.data(),
+           corner_factors_.data(), compliance_.columns().data(), domain_row_.data());
   for (int anchor : domain.anchors) at_nodes_.row(anchor) += domain_row_.row(0);
 }
 
-// J: a stiffer element holds what its stress pushed, hence the sign.
+// J: a stiffer element holds what its stress pushed, hence the sign; a pad that moves it pushes back.
 void StiffnessFilter::finish_sensitivity() {
   sensitivity_.setZero();
-  subtract_transposed_product(static_cast<int>(at_nodes_.rows()), compliance_.observed(),
+  subtract_transposed_product(static_cast<int>(at_nodes_.rows()), static_cast<int>(at_nodes_.cols()),
                               static_cast<int>(field_.cols()), at_nodes_.data(), field_.data(), sensitivity_.data());
+  const Eigen::Index places = compliance_.observed();
+  sensitivity_.bottomRows(sensitivity_.rows() - places) *= -1.0 / kMillinewtonPerNewton;
+  if (!forced_) sensitivity_.col(sensitivity_.cols() - 1).head(places).setZero();  // exactly; the rest is rounding
   sensitivity_load_ = load_;
 }
 
-// Kalman update of the coefficients from the innovations of the markers used.
+// Of the markers used, then of the pads weighed: J, and what is to be explained. Returns how many rows there are.
+int StiffnessFilter::fill_rows() {
+  int row = 0;
+  const auto add = [&](Eigen::Index first, const Vec3& news) {
+    rows_.middleRows(row, 3) = sensitivity_.middleRows(first, 3);
+    news_.segment<3>(row) = news;
+    row += 3;
+  };
+  for (int marker : used_) add(3 * marker, discrepancy_.at_marker(marker));
+  for (int pad : weighed_) add(compliance_.observed() + 3 * pad, force_innovation_[pad]);
+  return row;
+}
+
+// The covariance of what is to be explained, lower triangle.
+void StiffnessFilter::fill_spread(int rows) {
+  const int r = static_cast<int>(field_.cols()), of_markers = 3 * static_cast<int>(used_.size());
+  const double share_of_news = std::max(1.0, kFreshTravel / travel_);
+  const RowMatrix& slips = discrepancy_.slip_rows();
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j <= i; ++j) spread_(i, j) = dot(r, spread_rows_.row(i).data(), rows_.row(j).data());
+  for (int i = 0; i < of_markers; ++i) {
+    const int marker = used_[i / 3];
+    for (int j = 0; j <= i; ++j) {
+      const int other = used_[j / 3];
+      spread_(i, j) +=
+          share_of_news * slip_variance() *
+          dot(discrepancy_.slips(), slips.row(3 * marker + i % 3).data(), slips.row(3 * other + j % 3).data());
+      if (i % 3 == j % 3)
+        spread_(i, j) += share_of_news * expected_variance() * discrepancy_.correlation(marker, other);
+    }
+    spread_(i, i) += discrepancy_.uncertainty(marker);
+  }
+  for (int i = of_markers; i < rows; ++i)
+    spread_(i, i) += share_of_news * std::pow(force_noise_[weighed_[(i - of_markers) / 3]], 2);
+}
+
+// Kalman update of the coefficients from the markers used and the pads weighed.
 void StiffnessFilter::learn() {
-  const int m = 3 * static_cast<int>(used_.size()), r = static_cast<int>(field_.cols());
+  const int r = static_cast<int>(field_.cols()), of_markers = 3 * static_cast<int>(used_.size());
   covariance_ *= 1.0 - kForgetting;
   covariance_.diagonal().array() += kForgetting;
-  for (std::size_t k = 0; k < used_.size(); ++k)
-    rows_.middleRows(3 * static_cast<Eigen::Index>(k), 3) = sensitivity_.middleRows(3 * used_[k], 3);
+  const int m = fill_rows();
   multiply(m, r, r, rows_.data(), covariance_.data(), spread_rows_.data());
-  const double share_of_news = std::max(1.0, kFreshTravel / travel_);
-  for (int i = 0; i < m; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      double s = dot(r, spread_rows_.row(i).data(), rows_.row(j).data());
-      if (i % 3 == j % 3) s += share_of_news * expected_variance() * kernel_(used_[i / 3], used_[j / 3]);
-      if (i == j) s += uncertainty_[used_[i / 3]];
-      spread_(i, j) = s;
-    }
-  }
+  fill_spread(m);
   Eigen::Ref<Eigen::MatrixXd> in_place(spread_.topLeftCorner(m, m));
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(in_place);
   forward_substitute(m, r, spread_.data(), spread_.outerStride(), spread_rows_.data());
   // gain_'s first column: L^-1 innovation.
   double square = 0.0;
   for (int i = 0; i < m; ++i) {
-    double value = discrepancy_[used_[i / 3]][i % 3];
+    double value = news_[i];
     for (int k = 0; k < i; ++k) value -= spread_(i, k) * gain_(k, 0);
     gain_(i, 0) = value / spread_(i, i);
-    square += gain_(i, 0) * gain_(i, 0);
+    if (i < of_markers) square += gain_(i, 0) * gain_(i, 0);
   }
   for (int i = 0; i < m; ++i) coefficients_ += gain_(i, 0) * spread_rows_.row(i).transpose();
   subtract_transposed_product(m, r, r, spread_rows_.data(), spread_rows_.data(), covariance_.data());
   // How large the discrepancy is, innovations say: their mean square in units of their covariance ought to be 1.
   constexpr double kRate = 0.1, kNarrowest = 0.5, kWidest = 3.0;
-  const double ratio = std::sqrt(square / m);
+  const double ratio = std::sqrt(square / of_markers);
   share_ *= 1.0 + kRate * (std::min(ratio, 3.0) - 1.0);
   share_ = std::clamp(share_, kNarrowest * initial_share_, kWidest * initial_share_);
   learnt_ = true;
   // The simulation now goes where it should have been; by how much is not known before it is there.
-  for (double& uncertainty : uncertainty_) uncertainty += variance_;
+  discrepancy_.widen(variance_);
   for (int i = 0; i < marker_count_ + target_count_; ++i) {
     const auto rows = sensitivity_.middleRows(3 * i, 3);
     multiply(3, r, r, rows.data(), covariance_.data(), gain_.data());
@@ -354,40 +385,12 @@ void StiffnessFilter::apply(AdmmState& state) {
   }
 }
 
-// Gaussian process regression of the markers' discrepancies, its factor the same for all three axes.
-void StiffnessFilter::spread_discrepancy() {
-  known_.clear();
-  for (int i = 0; i < marker_count_; ++i)
-    if (uncertainty_[i] < variance_) known_.push_back(i);
-  const int m = static_cast<int>(known_.size()), columns = 3 + target_count_;
-  for (int i = 0; i < m; ++i) {
-    for (int j = 0; j <= i; ++j) kernel_factor_(i, j) = variance_ * kernel_(known_[i], known_[j]);
-    kernel_factor_(i, i) += uncertainty_[known_[i]];
-    kernel_work_.row(i).head<3>() = discrepancy_[known_[i]].transpose();
-    for (int t = 0; t < target_count_; ++t) kernel_work_(i, 3 + t) = variance_ * kernel_(known_[i], marker_count_ + t);
-  }
-  std::fill(target_shift_.begin(), target_shift_.end(), Vec3::Zero());
-  for (int t = 0; t < target_count_; ++t) target_covariance_[t] = variance_ * Mat3::Identity();
-  if (m == 0) return;
-  Eigen::Ref<Eigen::MatrixXd> in_place(kernel_factor_.topLeftCorner(m, m));
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(in_place);
-  forward_substitute(m, columns, kernel_factor_.data(), kernel_factor_.outerStride(), kernel_work_.data());
-  for (int t = 0; t < target_count_; ++t) {
-    double known = 0.0;
-    for (int i = 0; i < m; ++i) {
-      target_shift_[t] += kernel_work_(i, 3 + t) * kernel_work_.row(i).head<3>().transpose();
-      known += kernel_work_(i, 3 + t) * kernel_work_(i, 3 + t);
-    }
-    target_covariance_[t].diagonal().array() -= known;
-  }
-}
-
 // Adds what is not known of the stiffness, in proportion to the load, and the noise that registration leaves.
 void StiffnessFilter::update_covariances() {
   const double scale = sensitivity_load_ > 0.0 ? load_ / sensitivity_load_ : 0.0;
   const double unlearnt = learnt_ ? 0.0 : kUnlearntShare * load_;
   for (int t = 0; t < target_count_; ++t) {
-    target_covariance_[t] += scale * scale * learnt_covariance_[marker_count_ + t];
+    target_covariance_[t] = discrepancy_.covariance(t) + scale * scale * learnt_covariance_[marker_count_ + t];
     target_covariance_[t].diagonal().array() += noise_variance_ + unlearnt * unlearnt;
   }
 }

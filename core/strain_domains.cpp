@@ -12,7 +12,10 @@ namespace {
 
 // How much of the shear modulus the nodes carry, edges the rest. Edges alone are 2 to 3 % too stiff on the reference
 // bodies, nodes alone a quarter too soft.
-constexpr double kShearAtNodes = 0.1;
+double shear_at_nodes(Element element) {
+  constexpr double kSmoothed = 0.1;
+  return element == Element::node ? 1.0 : element == Element::smoothed ? kSmoothed : 0.0;
+}
 
 struct LinearElement {
   std::array<Vec3, 4> gradients;  // 1/mm, of the shape functions
@@ -96,10 +99,13 @@ std::vector<StrainDomain> strain_domains(const TetMesh& mesh, const Material& ma
           kappa + 4.0 / 3.0 * mu);
     return domains;
   }
-  const double at_edges = (1.0 - kShearAtNodes) * mu, at_nodes = kShearAtNodes * mu;
-  for (const auto& [edge, members] : elements_of_edges(mesh))
-    add(average(mesh, elements, members, 1.0 / 6.0), {edge.first, edge.second}, at_edges, 0.0,
-        kEdgeStiffness * at_edges);
+  const double at_nodes = shear_at_nodes(element) * mu, at_edges = mu - at_nodes;
+  const double bulk_at_edges = element == Element::edge ? kappa : 0.0;
+  if (element != Element::node)
+    for (const auto& [edge, members] : elements_of_edges(mesh))
+      add(average(mesh, elements, members, 1.0 / 6.0), {edge.first, edge.second}, at_edges, bulk_at_edges,
+          bulk_at_edges + kEdgeStiffness * at_edges);
+  if (element == Element::edge) return domains;
   const auto around = elements_of_nodes(mesh);
   for (int node = 0; node < mesh.node_count(); ++node)
     add(average(mesh, elements, around[node], 1.0 / 4.0), {node}, at_nodes, kappa, kappa + 4.0 / 3.0 * at_nodes);

@@ -13,7 +13,9 @@
 
 namespace tissued::core {
 
-enum class Element : std::uint8_t { p1, smoothed };
+// Beside the two that are offered, what was tried on the way (scripts/elements): everything averaged over edges or over
+// nodes, and the shape over edges alone where `smoothed` leaves the nodes a tenth of it.
+enum class Element : std::uint8_t { p1, smoothed, edge, node, edge_node };
 
 struct StrainDomain {
   std::vector<int> nodes;       // each once, ascending

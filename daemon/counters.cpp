@@ -18,6 +18,10 @@ const char* to_string(Count count) {
       return "frames_skipped";
     case Count::unknown_names:
       return "unknown_names";
+    case Count::delayed_markers:
+      return "delayed_markers";
+    case Count::markers_too_late:
+      return "markers_too_late";
     case Count::late_markers:
       return "late_markers";
     case Count::pads_held:

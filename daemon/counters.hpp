@@ -20,6 +20,8 @@ enum class Count : std::uint8_t {
   frames_stepped,       ///< tracker frames that the simulation took
   frames_skipped,       ///< frames for which it had no time: a newer one was there
   unknown_names,        ///< markers, pads or targets that the scene does not have
+  delayed_markers,      ///< older than their frame's pads: compared with the simulation of their own time
+  markers_too_late,     ///< so old that the simulation does not remember: not used
   late_markers,         ///< seen, but withheld: first shown when the rest calibration was over
   pads_held,            ///< pads not seen whose last pose or force was used again
   stamps_refused,       ///< tracker stamps that stood still, ran backwards or jumped: dt came from frame numbers
@@ -39,7 +41,7 @@ enum class Count : std::uint8_t {
   rest_frames,          ///< frames at rest that the calibration stands on
   registration_rms_um,  ///< distance of markers at rest from their said places, after a fit where one is made
 };
-inline constexpr std::size_t kCountCount = 23;
+inline constexpr std::size_t kCountCount = 25;
 
 /// Everything that happened, was skipped or was refused, by reason, since the start. Any thread adds, any reads.
 class Counters {

@@ -133,8 +133,10 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   CLI::App* evaluate =
       app.add_subcommand("evaluate", "Recorded trials through simulators: errors as CSV and as a page");
   evaluate->footer(
-      "Runs in this process, without a daemon and without losing frames, each trial from rest; what it scores is what\n"
-      "tissued would have answered. Writes DIR/runs.csv and DIR/index.html, one file that needs nothing else.\n"
+      "Runs in this process, without a daemon and without losing frames, each trial from rest unless --session; what "
+      "it\n"
+      "scores is what tissued would have answered. Writes DIR/runs.csv and DIR/index.html, one file that needs nothing "
+      "else.\n"
       "Models: " +
       join_or(model_names()) +
       ".\n"
@@ -169,6 +171,9 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
       ->type_name("N")
       ->check(in_range(1, 256))
       ->capture_default_str();
+  evaluate->add_flag("--forces", a.request.pad_forces, "Feed the recorded pad forces, too");
+  evaluate->add_flag("--session", a.request.session,
+                     "A bundle's trials one after the other by one simulator, which keeps what it learns");
   evaluate->add_flag("--frames", a.frames, "Write DIR/frames.csv, too: every frame of every run");
   evaluate->add_option("--out", a.out, "Folder for the results; made where it is missing")
       ->type_name("DIR")

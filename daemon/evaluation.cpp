@@ -96,6 +96,13 @@ std::vector<std::size_t> choose_jump_trials(const std::vector<Recording>& record
   return chosen;
 }
 
+void run_jump(const Setup& setup, const Recording& recording, bool pad_forces, EvaluatedRun& run) {
+  const int iterations = setup.config.simulator.solver.iterations;
+  const auto frames = static_cast<std::size_t>((kJumpIterations + iterations - 1) / iterations);
+  run.jump_begin = recording.opening_rest();
+  run.jump = run_trial(setup.config, setup.scene, recording, jump_order(recording, frames), pad_forces);
+}
+
 void require_known_trials(const std::vector<std::unique_ptr<BundleEvaluation>>& bundles,
                           const std::vector<std::string>& wanted) {
   for (const std::string& name : wanted) {
@@ -120,7 +127,7 @@ bool BundleEvaluation::has_measured_target() const {
   });
 }
 
-Evaluation::Evaluation(const EvaluationRequest& request) {
+Evaluation::Evaluation(const EvaluationRequest& request) : pad_forces_(request.pad_forces), session_(request.session) {
   for (const std::string& folder : request.bundles) {
     bundles_.push_back(std::make_unique<BundleEvaluation>());
     bundles_.back()->bundle = config::load_bundle(folder);
@@ -132,9 +139,10 @@ Evaluation::Evaluation(const EvaluationRequest& request) {
     load_recordings(evaluation, request.trials);
     evaluation.jump_trials = choose_jump_trials(evaluation.recordings);
     evaluation.runs.assign(evaluation.setups.size(), std::vector<EvaluatedRun>(evaluation.recordings.size()));
-    for (std::size_t recording = 0; recording < evaluation.recordings.size(); ++recording) {
+    const std::size_t in_turn = session_ ? evaluation.recordings.size() : 1;
+    for (std::size_t recording = 0; recording < evaluation.recordings.size(); recording += in_turn) {
       for (std::size_t setup = 0; setup < evaluation.setups.size(); ++setup) {
-        jobs_.push_back({&evaluation, setup, recording});
+        jobs_.push_back({&evaluation, setup, recording, in_turn});
       }
     }
   }
@@ -148,15 +156,14 @@ void Evaluation::run(int threads, const std::function<void(std::size_t)>& on_don
 void Evaluation::run_job(const Job& job) {
   BundleEvaluation& evaluation = *job.bundle;
   const Setup& setup = evaluation.setups[job.setup];
-  const Recording& recording = evaluation.recordings[job.recording];
-  EvaluatedRun& run = evaluation.runs[job.setup][job.recording];
-  run.recorded = run_trial(setup.config, setup.scene, recording, recorded_order(recording));
-  run.score = score_run(evaluation.bundle, recording, run.recorded);
-  if (std::ranges::count(evaluation.jump_trials, job.recording) == 0) return;
-  const int iterations = setup.config.simulator.solver.iterations;
-  const auto frames = static_cast<std::size_t>((kJumpIterations + iterations - 1) / iterations);
-  run.jump_begin = recording.opening_rest();
-  run.jump = run_trial(setup.config, setup.scene, recording, jump_order(recording, frames));
+  TrialRunner runner(setup.config, setup.scene, pad_forces_);
+  for (std::size_t i = job.recording; i < job.recording + job.count; ++i) {
+    const Recording& recording = evaluation.recordings[i];
+    EvaluatedRun& run = evaluation.runs[job.setup][i];
+    run.recorded = runner.run(recording, recorded_order(recording));
+    run.score = score_run(evaluation.bundle, recording, run.recorded);
+    if (std::ranges::count(evaluation.jump_trials, i) > 0) run_jump(setup, recording, pad_forces_, run);
+  }
 }
 
 }  // namespace tissued::daemon

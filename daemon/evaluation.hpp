@@ -18,6 +18,8 @@ struct EvaluationRequest {
   std::vector<std::string> marker_sets;  ///< empty: every set of a bundle, or all markers where it names no sets
   std::vector<std::string> trials;       ///< empty: all of a bundle, held-out ones included
   std::vector<std::string> overrides;    ///< of the configuration, for all models; a model's own come after them
+  bool pad_forces = false;               ///< recorded ones are fed, too
+  bool session = false;                  ///< a bundle's trials in turn by one simulator, not each from rest
 };
 
 /// The name of the set of all markers, and what stands for a set where a model reads no markers.
@@ -60,22 +62,26 @@ class Evaluation {
  public:
   explicit Evaluation(const EvaluationRequest& request);
 
-  std::size_t run_count() const { return jobs_.size(); }
+  std::size_t run_count() const { return jobs_.size(); }  ///< a session is one run
 
   /// Runs everything on `threads` threads, each run on one of them; results do not depend on how many there are, step
   /// times apart. on_done(done): after every run.
   void run(int threads, const std::function<void(std::size_t)>& on_done);
 
   const std::vector<std::unique_ptr<BundleEvaluation>>& bundles() const { return bundles_; }
+  bool is_session() const { return session_; }
 
  private:
+  // Recordings that one simulator is shown in turn.
   struct Job {
     BundleEvaluation* bundle;
     std::size_t setup;
-    std::size_t recording;
+    std::size_t recording;  // the first
+    std::size_t count;
   };
   void run_job(const Job& job);
 
+  bool pad_forces_, session_;
   std::vector<std::unique_ptr<BundleEvaluation>> bundles_;
   std::vector<Job> jobs_;
 };

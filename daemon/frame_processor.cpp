@@ -69,6 +69,7 @@ FrameProcessor::FrameProcessor(core::Simulator& simulator, const config::DaemonC
 
 void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer) noexcept {
   read_names(frame);
+  read_late_markers(frame);
   const FrameInterval interval = clock_.advance(frame);
   if (interval.clamped) counters_.add(Count::dt_clamped);
   if (interval.stamp_refused) counters_.add(Count::stamps_refused);
@@ -80,6 +81,11 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   const core::StepReport report = simulator_.step(observation_);
   const std::uint64_t step_time_ns = monotonic_ns() - begin_ns;
   counters_.add(Count::frames_stepped);
+  if (observation_.marker_age > 0.0) {
+    const auto too_late = static_cast<std::uint64_t>(report.markers_too_late);
+    counters_.add(Count::markers_too_late, too_late);
+    counters_.add(Count::delayed_markers, static_cast<std::uint64_t>(markers_fed_) - too_late);
+  }
 
   answer.has_frame = true;
   answer.tracker_frame = frame.frame_number;
@@ -98,13 +104,12 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   answer.step_time_ns = step_time_ns;
 }
 
-void FrameProcessor::read_names(const protocol::TrackerFrame& frame) {
+// Returns how many names the scene does not have.
+template <typename Markers>
+std::uint64_t FrameProcessor::read_markers(const Markers& markers) {
   using Kind = NameEntry::Kind;
   std::uint64_t unknown = 0;
-  std::fill(seen_.marker_seen.begin(), seen_.marker_seen.end(), std::uint8_t{0});
-  seen_.truth.fill(std::nullopt);
-  seen_.marker_count = 0;
-  for (const auto& marker : frame.markers) {
+  for (const auto& marker : markers) {
     const NameEntry entry = names_.find(marker.name);
     if (entry.kind == Kind::marker && !marker.occluded) {
       seen_.markers[entry.index] = to_vec3(marker.position);
@@ -113,6 +118,27 @@ void FrameProcessor::read_names(const protocol::TrackerFrame& frame) {
     }
     if (entry.kind != Kind::marker && entry.kind != Kind::unused_marker) ++unknown;
   }
+  return unknown;
+}
+
+void FrameProcessor::read_late_markers(const protocol::TrackerFrame& frame) {
+  observation_.marker_age = 0.0;
+  if (seen_.marker_count > 0 || frame.late.markers.empty() || frame.after_restart) return;
+  read_markers(frame.late.markers);
+  if (frame.stamp_ns && frame.late.stamp_ns && *frame.stamp_ns >= *frame.late.stamp_ns) {
+    observation_.marker_age = static_cast<double>(*frame.stamp_ns - *frame.late.stamp_ns) * 1e-9;
+  } else {
+    observation_.marker_age = (frame.frame_number - frame.late.frame_number) * clock_.period();
+  }
+}
+
+void FrameProcessor::read_names(const protocol::TrackerFrame& frame) {
+  using Kind = NameEntry::Kind;
+  std::uint64_t unknown = 0;
+  std::fill(seen_.marker_seen.begin(), seen_.marker_seen.end(), std::uint8_t{0});
+  seen_.truth.fill(std::nullopt);
+  seen_.marker_count = 0;
+  unknown += read_markers(frame.markers);
   pads_.begin_frame();
   for (const auto& object : frame.objects) {
     const NameEntry entry = names_.find(object.name);

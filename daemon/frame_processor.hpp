@@ -22,7 +22,7 @@ namespace tissued::daemon {
 /// Markers are fed with the offsets that the rest calibration has found, shrunk by their prior. Before any frame at
 /// rest was seen all offsets are zero: the bundle says where markers are, to its placement_sd. A marker that first
 /// appears once others have been calibrated is withheld until the tissue is at rest again, for its unknown offset would
-/// read as a deformation.
+/// read as a deformation. In a frame without markers those of an earlier frame that came late are used, with their age.
 class FrameProcessor {
  public:
   /// The simulator, made from config.bundle's scene and mesh, and the counters must outlive the processor.
@@ -49,6 +49,9 @@ class FrameProcessor {
   };
 
   void read_names(const protocol::TrackerFrame& frame);
+  void read_late_markers(const protocol::TrackerFrame& frame);
+  template <typename Markers>
+  std::uint64_t read_markers(const Markers& markers);
   void calibrate(double elapsed);
   void observe(const FrameInterval& interval, bool whole);
   void follow_rate();

@@ -104,6 +104,7 @@ core::PadInput PadTracker::input_of(const State& pad, const core::RigidTransform
   if (pad.kind == Kind::force) input.force = tissue_from_tracker.rotation * pad.force;
   if (pad.kind != Kind::pose) return input;
   const core::Mat3& r = tissue_from_tracker.rotation;
+  if (pad.force_seen) input.measured_force = r * pad.force;
   core::Mat3 rest_rotation = core::Mat3::Identity();  // never seen at rest: its axes are taken to be the tracker's
   input.center = tissue_from_tracker(pad.position);
   if (pad.rest_samples > 0) {

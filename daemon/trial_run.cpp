@@ -5,13 +5,12 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "daemon/frame_processor.hpp"
 #include "protocol/prediction_messages.hpp"
 
 namespace tissued::daemon {
 namespace {
 
-constexpr std::uint64_t kFirstStamp_ns = 1'000'000'000;  // any but 0
+constexpr std::uint64_t kPause_ns = 1'000'000'000;
 
 core::Vec3 to_vec3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
@@ -49,28 +48,36 @@ std::vector<std::size_t> jump_order(const Recording& recording, std::size_t coun
   return order;
 }
 
-TrialRun run_trial(const config::DaemonConfig& config, const core::Scene& scene, const Recording& recording,
-                   std::span<const std::size_t> order) {
-  const std::unique_ptr<core::Simulator> simulator = core::make_simulator(scene, config.simulator);
-  Counters counters;
-  const auto processor = std::make_unique<FrameProcessor>(*simulator, config, counters);
-  const auto frame = std::make_unique<protocol::TrackerFrame>();
-  Answer answer, previous;
-  processor->rest_answer(answer);
+TrialRunner::TrialRunner(const config::DaemonConfig& config, const core::Scene& scene, bool pad_forces)
+    : simulator_(core::make_simulator(scene, config.simulator)),
+      processor_(std::make_unique<FrameProcessor>(*simulator_, config, counters_)),
+      frame_(std::make_unique<protocol::TrackerFrame>()),
+      items_{.pad_forces = pad_forces, .truth = false},
+      begin_ns_(kPause_ns) {
+  processor_->rest_answer(answer_);
+}
+
+TrialRun TrialRunner::run(const Recording& recording, std::span<const std::size_t> order) {
   TrialRun run;
   for (const std::size_t index : order) {
-    if (!recording.fill(index, {.truth = false}, *frame)) {
+    if (!recording.fill(index, items_, *frame_)) {
       throw std::runtime_error(recording.name() + ": more items in a frame than a tracker frame holds");
     }
-    frame->frame_number = static_cast<std::uint32_t>(run.size() + 1);
     const double time = static_cast<double>(run.size()) / recording.rate_hz();
-    frame->stamp_ns = kFirstStamp_ns + static_cast<std::uint64_t>(std::llround(time * 1e9));
-    frame->receive_ns = *frame->stamp_ns;
-    previous = answer;
-    processor->process(*frame, previous, answer);
-    run.push_back(run_frame(answer, recording, index, time));
+    frame_->frame_number = ++frames_;
+    frame_->stamp_ns = begin_ns_ + static_cast<std::uint64_t>(std::llround(time * 1e9));
+    frame_->receive_ns = *frame_->stamp_ns;
+    const Answer previous = answer_;
+    processor_->process(*frame_, previous, answer_);
+    run.push_back(run_frame(answer_, recording, index, time));
   }
+  if (frame_->stamp_ns) begin_ns_ = *frame_->stamp_ns + kPause_ns;
   return run;
+}
+
+TrialRun run_trial(const config::DaemonConfig& config, const core::Scene& scene, const Recording& recording,
+                   std::span<const std::size_t> order, bool pad_forces) {
+  return TrialRunner(config, scene, pad_forces).run(recording, order);
 }
 
 }  // namespace tissued::daemon

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "config/daemon_config.hpp"
+#include "daemon/frame_processor.hpp"
 #include "daemon/recording.hpp"
 
 namespace tissued::daemon {
@@ -43,11 +45,32 @@ std::vector<std::size_t> recorded_order(const Recording& recording);
 /// over and over. Empty where the recording has no hold.
 std::vector<std::size_t> jump_order(const Recording& recording, std::size_t count);
 
-/// Feeds frames of the recording, in `order`, at the recorded rate and with none lost, to a simulator fresh from rest,
-/// through the same stages as tissued does: names, rest calibration, registration, clock, step. No sockets, no threads.
-/// scene: config.bundle's with its mesh. Throws core::ModelError where the simulator cannot be built, and
-/// std::runtime_error where a frame holds more than a tracker frame can.
+/// A simulator behind the same stages as in tissued: names, rest calibration, registration, clock, step. No sockets, no
+/// threads. From run to run it keeps what it has learnt and calibrated, as tissued does from trial to trial.
+class TrialRunner {
+ public:
+  /// scene: config.bundle's with its mesh. pad_forces: recorded ones are fed, too. Throws core::ModelError where the
+  /// simulator cannot be built.
+  TrialRunner(const config::DaemonConfig& config, const core::Scene& scene, bool pad_forces = false);
+
+  /// Feeds frames of the recording, in `order`, at the recorded rate and with none lost; a pause of a second, in which
+  /// the pads are lifted, parts them from the run before. Throws std::runtime_error where a frame holds more than a
+  /// tracker frame can.
+  TrialRun run(const Recording& recording, std::span<const std::size_t> order);
+
+ private:
+  Counters counters_;
+  std::unique_ptr<core::Simulator> simulator_;
+  std::unique_ptr<FrameProcessor> processor_;
+  std::unique_ptr<protocol::TrackerFrame> frame_;
+  Answer answer_;
+  RecordingItems items_;
+  std::uint32_t frames_ = 0;
+  std::uint64_t begin_ns_;  // of the next run
+};
+
+/// One run by a simulator fresh from rest.
 TrialRun run_trial(const config::DaemonConfig& config, const core::Scene& scene, const Recording& recording,
-                   std::span<const std::size_t> order);
+                   std::span<const std::size_t> order, bool pad_forces = false);
 
 }  // namespace tissued::daemon

@@ -83,6 +83,7 @@ std::span<const TrackerFrame> FrameAssembler::add(const TrackerDatagram& datagra
       break;
     case Place::late:
       tally(AssemblerEvent::late_datagrams);
+      keep_late(datagram);
       return {};
     case Place::far_behind:
       tally(AssemblerEvent::restart_suspects);
@@ -92,6 +93,7 @@ std::span<const TrackerFrame> FrameAssembler::add(const TrackerDatagram& datagra
       tally(AssemblerEvent::restarts);
       open(datagram.frame_number, receive_ns);
       frame_.after_restart = true;
+      late_.markers.clear();
       break;
   }
   join(datagram);
@@ -145,7 +147,10 @@ bool FrameAssembler::admit_to_same(const TrackerDatagram& datagram) {
     tally(AssemblerEvent::duplicate_datagrams);
     return false;
   }
-  if (!open_) tally(AssemblerEvent::late_datagrams);
+  if (!open_) {
+    tally(AssemblerEvent::late_datagrams);
+    keep_late(datagram);
+  }
   return open_;
 }
 
@@ -211,6 +216,22 @@ void FrameAssembler::join_marker(const TrackedMarker& marker) {
   if (join_item(frame_.markers, marker) && contains(config_.markers, marker.name)) ++markers_seen_;
 }
 
+// The newest of the frames that are late is the one that says most.
+void FrameAssembler::keep_late(const TrackerDatagram& datagram) {
+  const std::uint32_t ahead = datagram.frame_number - late_.frame_number;
+  if (!late_.markers.empty() && ahead >= kHalfRange) return;
+  if (ahead != 0 || late_.markers.empty()) {
+    late_.frame_number = datagram.frame_number;
+    late_.stamp_ns.reset();
+    late_.markers.clear();
+  }
+  if (datagram.stamp) late_.stamp_ns = datagram.stamp->stamp_ns;
+  for (const TrackedMarker& marker : datagram.markers) join_item(late_.markers, marker);
+  for (const TrackedObject& object : datagram.objects)
+    if (contains(config_.markers, object.name))
+      join_item(late_.markers, TrackedMarker{object.name, object.position, false});
+}
+
 template <typename List, typename Item>
 bool FrameAssembler::join_item(List& list, const Item& item) {
   if (has_name(list, item.name)) {
@@ -235,6 +256,8 @@ std::optional<FrameCompletion> FrameAssembler::completion() const {
 
 void FrameAssembler::close(FrameCompletion completion) {
   frame_.completion = completion;
+  frame_.late = late_;
+  late_.markers.clear();
   tally(event_of(completion));
   ready_[ready_count_++] = frame_;
   open_ = false;

@@ -52,10 +52,11 @@ const char* to_string(AssemblerEvent event);
 // Joins the datagrams of one frame number into one TrackerFrame. Pure logic: the caller says what time it is, on any
 // clock that does not go back. Frame numbers are compared modulo 2^32, so wrap-around is a step like any other.
 //
-// One frame is open at a time and the newest wins: a datagram of a newer frame closes the open one, and what then still
-// comes of an older frame is counted and dropped. Frames come out with ascending numbers, except after a restart.
-// A frame is complete when every part that its stamp items announce has come (without stamp items: every marker of the
-// config), and every object of the config too. Nothing allocates after construction.
+// One frame is open at a time and the newest wins: a datagram of a newer frame closes the open one. What then still
+// comes of an older frame is counted and dropped, but for its markers, which go along with the next frame. Frames come
+// out with ascending numbers, except after a restart. A frame is complete when every part that its stamp items announce
+// has come (without stamp items: every marker of the config), and every object of the config too. Nothing allocates
+// after construction.
 class FrameAssembler {
  public:
   explicit FrameAssembler(FrameAssemblerConfig config);
@@ -84,6 +85,7 @@ class FrameAssembler {
   void join(const TrackerDatagram& datagram);
   void join_object(const TrackedObject& object);
   void join_marker(const TrackedMarker& marker);
+  void keep_late(const TrackerDatagram& datagram);
   template <typename List, typename Item>
   bool join_item(List& list, const Item& item);
   std::optional<FrameCompletion> completion() const;
@@ -92,6 +94,7 @@ class FrameAssembler {
 
   FrameAssemblerConfig config_;
   TrackerFrame frame_;    // the newest: open, or closed and kept to know its late and duplicate datagrams
+  LateMarkers late_;      // for the next frame that is handed on
   bool started_ = false;  // frame_ holds a frame at all
   bool open_ = false;
   std::uint8_t part_count_ = 0;    // of frame_; 0 before a stamp item has come

@@ -45,7 +45,14 @@ enum class FrameCompletion : std::uint8_t {
 
 const char* to_string(FrameCompletion completion);
 
-// All that the tracker said about one instant, joined from one or more datagrams. Trivially copyable, about 15 kB.
+// Markers of an earlier frame that came after a newer frame had begun: cameras are slower than what drives the pads.
+struct LateMarkers {
+  std::uint32_t frame_number = 0;
+  std::optional<std::uint64_t> stamp_ns;
+  FixedList<TrackedMarker, 128> markers;
+};
+
+// All that the tracker said about one instant, joined from one or more datagrams. Trivially copyable, about 20 kB.
 struct TrackerFrame {
   std::uint32_t frame_number = 0;
   std::optional<std::uint64_t> stamp_ns;  // tracker's clock; absent where the tracker sends none (plain Vicon)
@@ -57,6 +64,7 @@ struct TrackerFrame {
   FixedList<TrackedMarker, 128> markers;
   FixedList<PadForce, 32> forces;
   FixedList<TargetTruth, 64> truth;
+  LateMarkers late;  // those that have come since the last frame was handed on, of the newest frame among theirs
 };
 
 }  // namespace tissued::protocol

@@ -53,6 +53,12 @@ class HiddenBody {
   Vec3 moved(const MaterialPoint& point) const {
     return position_of(point, state_.x) - position_of(point, model_.rest());
   }
+  // N, of the pads on the tissue.
+  std::vector<Vec3> forces() const {
+    std::vector<Vec3> forces(model_.scene().pads.size());
+    pad_forces(workspace_, forces);
+    return forces;
+  }
   const Model& model() const { return model_; }
   AdmmState& state() { return state_; }
 
@@ -88,8 +94,11 @@ struct Session {
     return options;
   }
 
-  void observe(const std::vector<PadInput>& pads) {
-    body.settle(pads, 40);
+  // slip: mm by which the pads' nodes are not where the pads are.
+  void observe(const std::vector<PadInput>& pads, const Vec3& slip = Vec3::Zero()) {
+    std::vector<PadInput> slipped = pads;
+    for (PadInput& pad : slipped) pad.center += slip;
+    body.settle(slipped, 40);
     observation.pads = pads;
     observation.dt = 0.01;
     for (std::size_t i = 0; i < scene.markers.size(); ++i) {
@@ -151,19 +160,19 @@ TEST_CASE("sensitivities are what changing the stiffness does", "[stiffness_filt
   StiffnessFilter filter(body.model(), options);
   std::vector<Vec3> markers;
   for (const Marker& marker : scene.markers) markers.push_back(marker.rest);
-  const std::vector<std::uint8_t> seen(markers.size(), 1), held{1, 0};
+  const std::vector<std::uint8_t> seen(markers.size(), 1);
   AdmmState observed = body.state();
   for (std::size_t i = 0; i < markers.size(); ++i) markers[i] += body.moved(body.model().marker_points()[i]);
   // Loads below a millimetre teach nothing; the pad moves markers by more.
   double load = 0.0;
   for (const MaterialPoint& point : body.model().marker_points()) load = std::max(load, body.moved(point).norm());
   REQUIRE(load > 1.0);
-  for (int frame = 0; frame < 60; ++frame) filter.correct(markers, seen, held, 0.01, observed);
+  for (int frame = 0; frame < 60; ++frame) filter.correct(markers, seen, pads, body.forces(), 0.01, observed);
   REQUIRE(filter.sensitivity().norm() > 0.0);
 
   const RowMatrix field = stiffness_field(scene.mesh.rest, options.stiffness_sd, options.stiffness_length, 128);
-  REQUIRE(field.cols() == filter.coefficients());
-  double wrong = 0.0, size = 0.0;
+  REQUIRE(field.cols() + 1 == filter.coefficients());  // and the stiffness as a whole
+  double wrong = 0.0, size = 0.0, wrong_force = 0.0, force_size = 0.0;
   for (Eigen::Index coefficient = 0; coefficient < field.cols(); coefficient += 9) {
     const double step = 0.2;
     HiddenBody changed(scene, step * field.col(coefficient));
@@ -178,9 +187,20 @@ TEST_CASE("sensitivities are what changing the stiffness does", "[stiffness_filt
       compare(body.model().marker_points()[i], 3 * static_cast<Eigen::Index>(i));
     for (std::size_t t = 0; t < scene.targets.size(); ++t)
       compare(body.model().target_points()[t], 3 * static_cast<Eigen::Index>(scene.markers.size() + t));
+    const auto row = 3 * static_cast<Eigen::Index>(scene.markers.size() + scene.targets.size());
+    const Vec3 slope = (changed.forces()[0] - body.forces()[0]) / step,
+               said = filter.sensitivity().block<3, 1>(row, coefficient);
+    wrong_force += (slope - said).squaredNorm();
+    force_size += slope.squaredNorm();
   }
   // The compliance is that at rest, and few of a pad's nodes stand for all.
   CHECK(std::sqrt(wrong / size) < 0.2);
+  CHECK(std::sqrt(wrong_force / force_size) < 0.2);
+  // Stiffer as a whole: nothing moves, and the pad pushes in proportion.
+  const Eigen::VectorXd scale = filter.sensitivity().rightCols(1);
+  CHECK(scale.head(3 * static_cast<Eigen::Index>(scene.markers.size() + scene.targets.size())).norm() == 0.0);
+  const Vec3 force = body.forces()[0];
+  CHECK((scale.segment<3>(scale.size() - 6) - 0.5 * force).norm() < 0.05 * 0.5 * force.norm());
 }
 
 TEST_CASE("pushing one side teaches what the other side's push will do", "[stiffness_filter]") {
@@ -216,6 +236,42 @@ TEST_CASE("a right model stays what it is", "[stiffness_filter]") {
   for (int i = 0; i < scene.mesh.node_count(); ++i)
     largest = std::max(largest, std::abs(session.simulator.stiffness_filter()->log_stiffness(i)));
   CHECK(largest < 0.15);
+}
+
+TEST_CASE("a measured force tells how stiff the body is as a whole", "[stiffness_filter]") {
+  const Scene scene = soft_box();
+  const Eigen::VectorXd stiffer = Eigen::VectorXd::Constant(scene.mesh.node_count(), std::log(1.4));
+  Session weighed(scene, stiffer), unweighed(scene, stiffer);
+  for (int frame = 1; frame <= 140; ++frame) {
+    const auto pads = pushed(scene, 0, 8.0 * std::min(1.0, frame / 80.0));
+    for (Session* session : {&weighed, &unweighed}) session->observe(pads);
+    weighed.observation.pads[0].measured_force = weighed.body.forces()[0];
+    weighed.step();
+    unweighed.step();
+  }
+  const Vec3 truth = weighed.body.forces()[0];
+  const auto wrong = [&](const Session& session) {
+    return (session.simulator.pad_force(0) - truth).norm() / truth.norm();
+  };
+  INFO("force error " << wrong(unweighed) << " without, " << wrong(weighed) << " with the force measured");
+  CHECK(wrong(unweighed) > 0.2);  // markers alone cannot know
+  CHECK(wrong(weighed) < 0.05);
+  CHECK(weighed.target_error(weighed.simulator) < weighed.target_error(weighed.open_loop) + 0.02);
+}
+
+TEST_CASE("a pad that slips on the skin is not taken for stiffness", "[stiffness_filter]") {
+  const Scene scene = soft_box();
+  Session session(scene, Eigen::VectorXd::Zero(scene.mesh.node_count()));
+  const Vec3 slip(0.15, 0.1, 0.0);  // of the push
+  for (int frame = 1; frame <= 120; ++frame) {
+    const double depth = 8.0 * std::min(1.0, frame / 80.0);
+    session.observe(pushed(scene, 0, depth), depth * slip);
+    session.step();
+  }
+  REQUIRE(session.target_error(session.open_loop) > 0.2);
+  CHECK(session.target_error(session.simulator) < 0.4 * session.target_error(session.open_loop));
+  const StiffnessFilter& filter = *session.simulator.stiffness_filter();
+  CHECK((filter.discrepancy().slip(0) - 8.0 * slip).norm() < 0.4 * 8.0 * slip.norm());
 }
 
 TEST_CASE("one wild marker is refused and changes nothing", "[stiffness_filter]") {

@@ -61,6 +61,28 @@ std::vector<Disturbance> disturbances() {
           {"markers 80 ms late for 2 s", 200, Late(8)}};
 }
 
+// mm; how far markers eight frames late, that do or do not say so, take the targets from where markers on time have
+// them: mean over targets and the frames from kBegin to `end`, the pads on their way in.
+double astray_while_late(const core::Scene& scene, const protocol::Trial& trial, bool say_so, std::size_t end) {
+  const auto simulator = core::make_simulator(scene, core::SimulatorOptions{}),
+             on_time = core::make_simulator(scene, core::SimulatorOptions{});
+  TrialReplay replay(scene, trial);
+  Late late(8);
+  double sum = 0.0;
+  for (std::size_t f = 0; f < end; ++f) {
+    core::Observation observation = replay.frame(f);
+    on_time->step(observation);
+    late(observation, f);
+    if (say_so) observation.marker_age = 0.01 * static_cast<double>(std::min<std::size_t>(f, 8));
+    const core::StepReport report = simulator->step(observation);
+    CHECK(report.markers_too_late == 0);
+    if (f < kBegin) continue;
+    for (int t = 0; t < static_cast<int>(scene.targets.size()); ++t)
+      sum += (simulator->target(t).position - on_time->target(t).position).norm();
+  }
+  return sum / static_cast<double>((end - kBegin) * scene.targets.size());
+}
+
 // mm; of the mean over a fifth of a second, half a second after the disturbance would end, over the targets.
 double error_after(const core::Scene& scene, const protocol::Trial& trial, const Disturbance& disturbance,
                    std::size_t end) {
@@ -99,5 +121,37 @@ TEST_CASE("half a second after a disturbance the targets are where they would ha
                  disturbed = error_after(scene, trial, all[k], end);
     INFO(name << ", " << all[k].name << ": " << disturbed << " mm, undisturbed " << undisturbed << " mm");
     CHECK(disturbed < 2.0 * undisturbed);
+  }
+}
+
+TEST_CASE("late markers that say how late they are correct the state of their time") {
+  if (!fs::exists(kBundle)) {
+    WARN("skipped: no recordings in " << kBundle);
+    return;
+  }
+  const core::Scene scene = daemon::load_scene(config::load_bundle(kBundle));
+  const protocol::Trial trial = protocol::read_nexus_csv(kBundle / "exp12.csv");
+  constexpr std::size_t kEnd = 100;
+  const double silent = astray_while_late(scene, trial, false, kEnd),
+               said = astray_while_late(scene, trial, true, kEnd);
+  INFO("80 ms late, mm astray: " << silent << " where nobody says so, " << said << " where the markers do");
+  CHECK(said < 0.5 * silent);
+}
+
+TEST_CASE("markers that are later than the simulation remembers are not used") {
+  if (!fs::exists(kBundle)) {
+    WARN("skipped: no recordings in " << kBundle);
+    return;
+  }
+  const core::Scene scene = daemon::load_scene(config::load_bundle(kBundle));
+  const protocol::Trial trial = protocol::read_nexus_csv(kBundle / "exp03.csv");
+  const auto simulator = core::make_simulator(scene, core::SimulatorOptions{});
+  TrialReplay replay(scene, trial);
+  for (std::size_t f = 0; f < 90; ++f) {
+    core::Observation observation = replay.frame(f);
+    observation.marker_age = f < 70 ? 0.0 : 0.7;
+    const core::StepReport report = simulator->step(observation);
+    CHECK(report.markers_used == (f < 70 ? 19 : 0));
+    CHECK(report.markers_too_late == (f < 70 ? 0 : 19));
   }
 }

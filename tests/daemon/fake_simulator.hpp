@@ -58,6 +58,7 @@ class FakeSimulator : public tissued::core::Simulator {
     ++steps;
     tissued::core::StepReport report;
     report.iterations = 10;
+    report.markers_too_late = too_late;
     report.converged = converged;
     report.finite = finite;
     for (const auto seen : observation.marker_seen) report.markers_used += seen;
@@ -98,6 +99,7 @@ class FakeSimulator : public tissued::core::Simulator {
   std::atomic<int> delay_ms{0};
   std::atomic<int> steps{0};
   std::atomic<int> rejected{0};
+  std::atomic<int> too_late{0};  // of the markers observed
   std::atomic<bool> converged{true};
   std::atomic<bool> finite{true};
   std::atomic<bool> poison_target{false};

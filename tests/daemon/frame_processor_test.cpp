@@ -205,6 +205,47 @@ TEST_CASE("A marker that first appears when the others are calibrated waits unti
   CHECK(bench.last().marker_seen == std::vector<std::uint8_t>{1, 1, 0, 0});
 }
 
+TEST_CASE("Late markers are used where a frame has none of its own, and say how old they are") {
+  Bench bench;
+  const auto with_late = [](std::uint32_t number, std::uint32_t late, bool stamped) {
+    FrameBuilder builder(number);
+    if (stamped) builder.stamp(number * 10 * kMs);
+    builder.frame.late.frame_number = late;
+    if (stamped) builder.frame.late.stamp_ns = late * 10 * kMs + 3 * kMs;
+    builder.frame.late.markers.push_back({name_of("M1"), {-1, 0, 40}, false});
+    return builder;
+  };
+  bench.process(rest_frame(1));
+  CHECK(bench.last().marker_age == 0.0);
+  bench.process(with_late(12, 4, true));
+  CHECK(bench.last().marker_age == Approx(0.077));
+  CHECK(bench.last().marker_seen == std::vector<std::uint8_t>{1, 0, 0, 0});
+  bench.process(with_late(13, 5, false));
+  CHECK(bench.last().marker_age == Approx(0.08));
+  CHECK(bench.counters[Count::delayed_markers] == 2);
+  bench.simulator.too_late = 1;
+  bench.process(with_late(14, 6, true));
+  CHECK(bench.counters[Count::delayed_markers] == 2);
+  CHECK(bench.counters[Count::markers_too_late] == 1);
+  bench.simulator.too_late = 0;
+  // Markers of its own are newer.
+  bench.process(with_late(15, 7, true).marker("M2", Vec3(40, 0, 0)));
+  CHECK(bench.last().marker_age == 0.0);
+  CHECK(bench.last().marker_seen == std::vector<std::uint8_t>{0, 1, 0, 0});
+}
+
+TEST_CASE("A force beside a pad's pose is a measurement, in tissue coordinates") {
+  Bench bench;
+  bench.config.bundle.tissue_from_tracker.rotation =
+      Eigen::AngleAxisd(1.5707963267948966, Vec3::UnitZ()).toRotationMatrix();
+  bench.process(FrameBuilder(1).stamp(10 * kMs).pad("A1", Vec3(13, -13, 13)).force("A1", Vec3(2, 0, 1)));
+  REQUIRE(bench.last().pads[0].kind == Kind::pose);
+  REQUIRE(bench.last().pads[0].measured_force);
+  CHECK((*bench.last().pads[0].measured_force - Vec3(0, 2, 1)).norm() < 1e-12);
+  bench.process(FrameBuilder(2).stamp(20 * kMs).pad("A1", Vec3(13, -13, 13)));
+  CHECK_FALSE(bench.last().pads[0].measured_force);
+}
+
 TEST_CASE("A step says why its answer is to be used with care") {
   Bench bench;
   const auto reasons_after = [&](FrameBuilder frame) { return bench.process(frame).reasons; };

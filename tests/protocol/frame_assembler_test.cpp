@@ -199,6 +199,35 @@ TEST_CASE("a frame that lost a part comes out when a newer one begins, both from
   CHECK(stream.count(AssemblerEvent::late_datagrams) == 1);
 }
 
+TEST_CASE("markers of a late datagram go along with the next frame, those of the newest late frame") {
+  Stream stream({.markers = {name("C7")}});
+  const auto pads = [](std::uint32_t frame) {
+    TrackerDatagram datagram = plain(frame, {"A1"});
+    datagram.stamp = FrameStamp{frame * 10 * kMs, 0, 1};
+    return datagram;
+  };
+  CHECK(stream.add(pads(20)) == Numbers{20});
+  CHECK(stream.last.late.markers.empty());
+  CHECK(stream.add(stamped(10, 0, 2)).empty());
+  CHECK(stream.add(stamped(12, 0, 2)).empty());
+  CHECK(stream.add(stamped(11, 0, 2)).empty());  // older than what waits already
+  TrackerDatagram second = stamped(12, 1, 2);
+  second.objects.push_back({name("C7"), {7, 7, 7}, {}});  // a marker of the config, sent as an object
+  CHECK(stream.add(second).empty());
+  CHECK(stream.add(stamped(12, 1, 2)).empty());  // a copy
+  CHECK(stream.count(AssemblerEvent::late_datagrams) == 5);
+  CHECK(stream.add(pads(21)) == Numbers{21});
+  const LateMarkers& late = stream.last.late;
+  CHECK(late.frame_number == 12);
+  CHECK(late.stamp_ns == 120 * kMs);
+  REQUIRE(late.markers.size() == 3);
+  CHECK(late.markers[0].position == std::array<double, 3>{12, 0, 0});
+  CHECK(late.markers[1].position == std::array<double, 3>{12, 1, 0});
+  CHECK(late.markers[2].name == name("C7"));
+  CHECK(stream.add(pads(22)) == Numbers{22});
+  CHECK(stream.last.late.markers.empty());  // they went along once
+}
+
 TEST_CASE("the deadline counts from the first datagram and passes to the nanosecond") {
   Stream stream({.deadline_ns = 4 * kMs});
   CHECK(stream.flush(kMs).empty());
