@@ -134,6 +134,10 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
                       s.filter.process_noise,
                       s.filter.measurement_noise,
                       s.filter.modes,
+                      s.filter.stiffness_sd,
+                      s.filter.stiffness_length,
+                      s.filter.slip,
+                      s.filter.discrepancy,
                       static_cast<int>(s.fem.element),
                       s.fem.dynamics.has_value(),
                       s.fem.damping.mass,
@@ -161,7 +165,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
     const std::string key = std::regex_replace(place, std::regex("/properties"), "");
     CHECK(described(with(kConfig, key, node["default"].dump())) == left_out);
   });
-  CHECK(defaults == 40);
+  CHECK(defaults == 41);
 }
 
 TEST_CASE("The simulators that the schema offers are those that core makes") {
