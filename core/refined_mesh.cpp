@@ -12,7 +12,8 @@ namespace {
 
 using Edge = std::pair<int, int>;
 
-constexpr double kSmooth = 0.77;        // cosine of the angle up to which neighbouring facets are one smooth surface
+constexpr double kSmooth = 0.7;         // cosine of the angle up to which neighbouring facets are one smooth surface
+constexpr double kSameSide = 0.3;       // likewise, up to which facets around a node share its normal
 constexpr double kGentleTurn = 0.6;     // the same of the edges of a curve between groups
 constexpr double kLargestOffset = 0.2;  // of an edge's length
 
@@ -91,7 +92,7 @@ class Skin {
   Vec3 normal_at(int node, const Vec3& near, int group) const {
     Vec3 sum = Vec3::Zero();
     for (int facet : of_node_.at(node))
-      if (facets_[facet].group == group && facets_[facet].area.normalized().dot(near) > kSmooth)
+      if (facets_[facet].group == group && facets_[facet].area.normalized().dot(near) > kSameSide)
         sum += facets_[facet].area;
     return sum.norm() > 0.0 ? Vec3(sum.normalized()) : near;
   }

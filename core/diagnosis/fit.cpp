@@ -52,8 +52,15 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const FitData& da
       const bool is_fixed = std::any_of(hypothesis.fixed.begin(), hypothesis.fixed.end(),
                                         [&name](const auto& fixed) { return fixed.first == name; });
       if (p.fixed || is_fixed) continue;
-      unknowns.push_back(body_unknown(name, p.unit, neutral[k], p.lowest, p.highest, p.logarithmic,
-                                      is_place(p.name) && p.unit == "mm" ? reach_of(scene) : p.typical));
+      Unknown unknown = body_unknown(name, p.unit, neutral[k], p.lowest, p.highest, p.logarithmic, p.typical);
+      if (is_place(p.name) && p.unit == "mm") {
+        // Inside of the body, as likely here as there.
+        const int axis = p.name.back() - 'x';
+        unknown.lowest = scene.mesh.rest.col(axis).minCoeff();
+        unknown.highest = scene.mesh.rest.col(axis).maxCoeff();
+        unknown.prior_sd = reach_of(scene);
+      }
+      unknowns.push_back(std::move(unknown));
     }
   }
   const std::vector<std::string> names = fault_names(hypothesis.slips, scene);

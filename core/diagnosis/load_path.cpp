@@ -15,6 +15,7 @@ constexpr double kSamePose = 1e-6;      // mm
 
 double distance(const PadInput& a, const PadInput& b) {
   if (a.kind != b.kind) return 1e9;
+  if (a.kind == PadInput::Kind::absent) return 0.0;
   return (a.center - b.center).norm() + 10.0 * (a.rotation - b.rotation).norm();
 }
 
@@ -74,8 +75,11 @@ LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel
     // Levels of the load that were crossed: the same ones there and back.
     const double from = frames_[f - 1].load, to = frames_[f].load;
     std::vector<double> crossings;
-    for (double level = travel * std::ceil(std::min(from, to) / travel); level < std::max(from, to); level += travel)
-      if (level > std::min(from, to)) crossings.push_back((level - from) / (to - from));
+    for (double level = travel * std::floor(std::min(from, to) / travel); level <= std::max(from, to);
+         level += travel) {
+      const double share = (level - from) / (to - from);
+      if (share > 0.0 && share <= 1.0) crossings.push_back(share);
+    }
     std::sort(crossings.begin(), crossings.end());
     for (double share : crossings) add_key(trial, trial.time[f - 1] + share * step, false);
   }

@@ -1,0 +1,89 @@
+// Recordings by a body of ours. The solver is the diagnosis' own, on the same mesh: what is tried here is the way from
+// residuals to words. Recordings by others are in tests/daemon.
+#include <catch2/catch.hpp>
+
+#include "core/diagnosis/diagnosis.hpp"
+#include "tests/core/diagnosis/twin_session.hpp"
+
+using namespace tissued::core;
+using namespace tissued::core::testing;
+
+namespace {
+
+SearchOptions quick() {
+  SearchOptions options;
+  options.refine_mesh = false;
+  options.budget = 1e4;
+  return options;
+}
+
+std::vector<std::string> kinds_of(const Diagnosis& diagnosis) {
+  std::vector<std::string> kinds;
+  for (const Finding& finding : diagnosis.findings) kinds.push_back(finding.kind);
+  return kinds;
+}
+
+}  // namespace
+
+TEST_CASE("nothing is found where nothing is missing", "[diagnosis]") {
+  const Diagnosis diagnosis = diagnose(twin_session({}, 1), quick());
+  CHECK(diagnosis.verdict == Verdict::no_mismatch);
+  CHECK(diagnosis.findings.empty());
+  CHECK(diagnosis.trials.assumed.marker_mm == Approx(0.1).epsilon(0.15));
+}
+
+TEST_CASE("other numbers are not sold as physics", "[diagnosis]") {
+  const Diagnosis diagnosis =
+      diagnose(twin_session({{{"youngs_modulus", 8.5}, {"poissons_ratio", 0.41}}, {}}, 2), quick());
+  CHECK(diagnosis.verdict == Verdict::parameters);
+  REQUIRE(kinds_of(diagnosis) == std::vector<std::string>{"parameters"});
+  CHECK(diagnosis.findings[0].parameters[0].value[0] == Approx(8.5).epsilon(0.03));
+  CHECK(diagnosis.findings[0].parameters[1].value[0] == Approx(0.41).margin(0.01));
+}
+
+TEST_CASE("relaxation is named, measured, and predicts what was held out", "[diagnosis]") {
+  const TwinTruth truth{{{"youngs_modulus", 7.0}, {"viscoelasticity.g1", 0.45}, {"viscoelasticity.tau1", 0.4}},
+                        {"viscoelasticity"}};
+  const Diagnosis diagnosis = diagnose(twin_session(truth, 3), quick());
+  CHECK(diagnosis.verdict == Verdict::missing_physics);
+  REQUIRE_FALSE(diagnosis.findings.empty());
+  const Finding& finding = diagnosis.findings.front();
+  CHECK(finding.kind == "viscoelasticity");
+  CHECK(finding.probability > 0.9);
+  CHECK(finding.parameters[0].value[0] == Approx(0.45).margin(0.03));
+  CHECK(finding.parameters[1].value[0] == Approx(0.4).epsilon(0.1));
+  CHECK(diagnosis.held_out_seen);
+  CHECK(diagnosis.held_out.explained.force_N < 0.2 * diagnosis.held_out.assumed.force_N);
+}
+
+TEST_CASE("a late stream is the measurement's fault", "[diagnosis]") {
+  const Diagnosis diagnosis = diagnose(twin_session({{}, {}, 0.06}, 4), quick());
+  CHECK(diagnosis.verdict == Verdict::measurement);
+  REQUIRE(kinds_of(diagnosis) == std::vector<std::string>{"latency"});
+  CHECK(diagnosis.findings[0].parameters[0].value[0] == Approx(0.06).margin(0.003));
+}
+
+TEST_CASE("a search that is interrupted says so and still reports", "[diagnosis]") {
+  std::atomic<bool> interrupted{false};
+  SearchOptions options = quick();
+  options.interrupted = &interrupted;
+  options.progress = [&interrupted](double share, const std::string&) {
+    if (share > 0.4) interrupted = true;
+  };
+  const Diagnosis diagnosis = diagnose(twin_session({{{"youngs_modulus", 8.0}}, {}}, 5), options);
+  CHECK_FALSE(diagnosis.complete);
+  CHECK_FALSE(diagnosis.remarks.empty());
+}
+
+TEST_CASE("a diagnosis is the same for any number of threads", "[diagnosis]") {
+  const RecordedSession session = twin_session({{{"gravity.gravity.x", 0.5}}, {"gravity"}}, 6);
+  SearchOptions one = quick(), two = quick();
+  one.threads = 1;
+  two.threads = 2;
+  const Diagnosis a = diagnose(session, one), b = diagnose(session, two);
+  CHECK(kinds_of(a) == kinds_of(b));
+  REQUIRE_FALSE(a.findings.empty());
+  CHECK(a.findings.front().kind == "gravity");
+  CHECK(a.explained.best().log_evidence == b.explained.best().log_evidence);
+  CHECK(a.findings.front().parameters.front().value == b.findings.front().parameters.front().value);
+}
