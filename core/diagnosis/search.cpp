@@ -16,9 +16,10 @@ constexpr double kOffset = 0.5;                       // mm, to which markers ar
 constexpr double kMarkerShare = 0.0045;               // of the load: what quadratic elements may err at a marker
 constexpr double kForceShare = 0.03;                  // of the peak force, likewise
 constexpr double kForceShape = 0.004;                 // of the peak force: what does not go with the load
-constexpr double kCorrectionMean = 0.7, kCorrectionSd = 0.3;
+// Of what finer elements say otherwise: what a body is that is not made of elements, and recordings of one that is.
+constexpr double kCorrectionMean = 0.35, kCorrectionSd = 0.35;
 constexpr FitControl kFirstLook{4, 10.0}, kFast{16, 3.0}, kExact{6, 0.5};
-constexpr std::size_t kMostFast = 6, kMostExact = 4, kMostPairs = 2, kStartsToFit = 2;
+constexpr std::size_t kMostFast = 6, kMostExact = 4, kMostPairs = 2, kStartsToFit = 3;
 constexpr double kNear = 0.3;        // of the largest advantage: candidates with less are not looked at more closely
 constexpr double kPromising = 0.1;   // likewise, after the first look
 constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
@@ -183,7 +184,7 @@ double force_ratio(const Eigen::RowVector3d& linear, const Eigen::RowVector3d& w
 }
 
 // Makes the answers of linear elements those of quadratic ones where nothing is left out.
-void correct_by_quadratic(const FitData& exact, FitData& fast) {
+void correct_by_quadratic(FitData& fast) {
   const RecordedSession& session = *fast.session;
   const Channels channels = channels_of(session.scene);
   PathSolver linear(session.scene, {}, FemElement::p1), quadratic(session.scene, {});
@@ -191,17 +192,12 @@ void correct_by_quadratic(const FitData& exact, FitData& fast) {
     PathAnswer by_linear, by_quadratic;
     if (!linear.solve(fast.paths[k], 0, {}, by_linear) || !quadratic.solve(fast.paths[k], 0, {}, by_quadratic))
       continue;
-    const std::size_t peak = key_at_peak(exact.paths[k]);
     for (Eigen::Index i = 0; i < by_linear.values.rows(); ++i) {
-      const LoadKey& key = fast.paths[k].keys()[static_cast<std::size_t>(i)];
-      const double share = key.load / exact.paths[k].peak_load();
-      fast.correction[k].row(i) = by_quadratic.values.row(i) - by_linear.values.row(i) +
-                                  share * exact.correction[k].row(static_cast<Eigen::Index>(peak));
+      fast.correction[k].row(i) = by_quadratic.values.row(i) - by_linear.values.row(i);
       fast.correction[k].row(i).tail(3 * channels.pads).setZero();
       for (int pad = 0; pad < channels.pads; ++pad) {
-        const double ratio = force_ratio(by_linear.values.row(i).segment<3>(channels.of_force(pad)),
-                                         by_quadratic.values.row(i).segment<3>(channels.of_force(pad)));
-        fast.force_factor[k](i, pad) = ratio * exact.force_factor[k](static_cast<Eigen::Index>(peak), pad);
+        fast.force_factor[k](i, pad) = force_ratio(by_linear.values.row(i).segment<3>(channels.of_force(pad)),
+                                                   by_quadratic.values.row(i).segment<3>(channels.of_force(pad)));
       }
     }
   }
@@ -352,8 +348,8 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
       3,
       [&](std::size_t job) {
         if (job == 0) result.assumed = assess(result.exact, nothing);
-        if (job == 1) correct_by_quadratic(result.exact, result.fast);
-        if (job == 2) correct_by_quadratic(result.exact, result.coarse);
+        if (job == 1) correct_by_quadratic(result.fast);
+        if (job == 2) correct_by_quadratic(result.coarse);
       },
       0.2, 0.25, [](std::size_t) { return "the assumed physics"; });
   shed(result.assumed);
