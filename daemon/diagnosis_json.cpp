@@ -11,22 +11,6 @@ void put(json& object, const char* key, double value) {
   if (std::isfinite(value)) object[key] = value;
 }
 
-std::string_view verdict_name(core::Verdict verdict) {
-  switch (verdict) {
-    case core::Verdict::no_mismatch:
-      return "no-mismatch";
-    case core::Verdict::parameters:
-      return "parameters";
-    case core::Verdict::measurement:
-      return "measurement";
-    case core::Verdict::missing_physics:
-      return "missing-physics";
-    case core::Verdict::unexplained:
-      break;
-  }
-  return "unexplained";
-}
-
 // One number as itself, several as an array.
 void put(json& object, const char* key, const std::vector<double>& values) {
   if (values.size() == 1) {
@@ -98,7 +82,7 @@ json report_json(const core::Diagnosis& diagnosis) {
     put(entry, "probability", alternative.probability);
   }
   json report{
-      {"format", "tissue-diagnosis/1"}, {"bundle", diagnosis.bundle},     {"verdict", verdict_name(diagnosis.verdict)},
+      {"format", "tissue-diagnosis/1"}, {"bundle", diagnosis.bundle},     {"verdict", core::name_of(diagnosis.verdict)},
       {"findings", findings},           {"alternatives", alternatives},   {"fit", fit_json(diagnosis)},
       {"next_experiment", nullptr},     {"complete", diagnosis.complete}, {"remarks", diagnosis.remarks}};
   if (!diagnosis.next_experiment.empty()) report["next_experiment"] = diagnosis.next_experiment;

@@ -1,0 +1,103 @@
+#include "daemon/explained_model.hpp"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "config/bundle.hpp"
+#include "config/config_error.hpp"
+#include "daemon/scene_loader.hpp"
+
+using namespace tissued;
+
+namespace {
+
+core::Scene demo() { return daemon::load_scene(config::load_bundle(TISSUED_SOURCE_DIR "/config/demo")); }
+
+core::Unknown unknown(const std::string& name, double value, core::Unknown::Source source, int fault = 0) {
+  core::Unknown out;
+  out.name = name;
+  out.value = value;
+  out.source = source;
+  out.fault = fault;
+  return out;
+}
+
+core::Diagnosis sample(const core::Scene& scene) {
+  core::Diagnosis diagnosis;
+  diagnosis.bundle = "demo";
+  diagnosis.verdict = core::Verdict::missing_physics;
+  diagnosis.offset.setZero(core::channels_of(scene).count());
+  diagnosis.offset[4] = 0.25;
+  core::Fit& fit = diagnosis.explained.exact;
+  fit.solved = true;
+  fit.hypothesis.effects = {core::find_effect("viscoelasticity")};
+  fit.hypothesis.fixed = {{"viscoelasticity.g2", 0.0}, {"viscoelasticity.tau2", 4.0}};
+  fit.hypothesis.slips = {{2, 0, 0.5, core::Vec3::Zero()}};
+  using Source = core::Unknown::Source;
+  fit.unknowns = {unknown("youngs_modulus", 7.5, Source::body), unknown("viscoelasticity.g1", 0.4, Source::body),
+                  unknown("viscoelasticity.tau1", 0.6, Source::body), unknown("latency.seconds", 0.05, Source::fault),
+                  unknown("marker-slip." + scene.markers[2].name + ".y", 1.5, Source::fault, 8)};
+  diagnosis.explained.hypothesis = fit.hypothesis;
+  return diagnosis;
+}
+
+struct TemporaryFile {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / "tissued-explained-model-test.json";
+  ~TemporaryFile() { std::filesystem::remove(path); }
+};
+
+}  // namespace
+
+TEST_CASE("a model that was written is read back", "[diagnosis]") {
+  const core::Scene scene = demo();
+  const TemporaryFile file;
+  daemon::write_model(sample(scene), scene, file.path);
+  const daemon::ExplainedModel model = daemon::read_model(file.path, scene);
+  const core::Fit& fit = model.candidate.best();
+  REQUIRE(model.candidate.hypothesis.effects.size() == 1);
+  CHECK(model.candidate.hypothesis.effects[0]->kind() == "viscoelasticity");
+  CHECK(fit.value("youngs_modulus") == 7.5);
+  CHECK(fit.value("poissons_ratio") == scene.material.poissons_ratio);
+  CHECK(fit.value("viscoelasticity.g1") == 0.4);
+  CHECK(fit.value("viscoelasticity.tau2") == 4.0);
+  CHECK(fit.value("latency.seconds") == 0.05);
+  REQUIRE(model.candidate.hypothesis.slips.size() == 1);
+  CHECK(model.candidate.hypothesis.slips[0].marker == 2);
+  for (const core::Unknown& number : fit.unknowns)
+    if (number.name.starts_with("marker-slip")) CHECK(number.fault == 8);
+  CHECK(model.offset[4] == 0.25);
+}
+
+TEST_CASE("a model that is wrong is refused with file, key and reason", "[diagnosis]") {
+  const core::Scene scene = demo();
+  const TemporaryFile file;
+  daemon::write_model(sample(scene), scene, file.path);
+  std::ifstream in(file.path);
+  const nlohmann::json good = nlohmann::json::parse(in);
+  const auto message_of = [&](const std::string& pointer, const nlohmann::json& value) {
+    nlohmann::json bad = good;
+    bad[nlohmann::json::json_pointer(pointer)] = value;
+    std::ofstream(file.path) << bad.dump();
+    try {
+      daemon::read_model(file.path, scene);
+    } catch (const config::ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  using Catch::Matchers::Contains;
+  CHECK_THAT(message_of("/format", "x"), Contains(file.path.string()) && Contains("/format"));
+  CHECK_THAT(message_of("/effects/0/kind", "magic"), Contains("/effects/0/kind") && Contains("magic"));
+  CHECK_THAT(message_of("/effects/0/parameters/g1", 7.0), Contains("/effects/0/parameters/g1") && Contains("0.95"));
+  CHECK_THAT(message_of("/effects/0/parameters/g1", "a"), Contains("not a number"));
+  CHECK_THAT(message_of("/effects", 3), Contains("/effects"));
+  CHECK_THAT(message_of("/measurement/slipped", {"M99"}), Contains("M99"));
+  CHECK_THAT(message_of("/measurement/numbers/latency.minutes", 1.0), Contains("latency.minutes"));
+  CHECK_THAT(message_of("/material/youngs_modulus", -1.0), Contains("/material/youngs_modulus"));
+  CHECK_THAT(message_of("/marker_offsets/" + scene.markers[0].name, {1.0, 2.0}), Contains("marker_offsets"));
+  std::ofstream(file.path) << "{";
+  CHECK_THROWS_AS(daemon::read_model(file.path, scene), config::ConfigError);
+  CHECK_THROWS_AS(daemon::read_model("/nowhere/model.json", scene), config::ConfigError);
+}
