@@ -17,6 +17,7 @@ constexpr double kModulusOff = 0.12;  // of the logarithm of Young's modulus: wh
 constexpr double kRatioOff = 0.015;   // of Poisson's ratio, likewise
 constexpr double kStructure = 1.5;    // of markers' structure_left: beyond, something is left to explain
 constexpr double kTemperature = 6.0;  // by which evidence is too sure of itself
+constexpr double kSurest = 0.98;      // probability
 constexpr double kSaid = 0.02;        // probability below which an alternative is not listed
 
 const std::set<std::string> kMeasurement{"latency", "registration", "marker-slip"};
@@ -60,7 +61,8 @@ double probability_of(const std::string& kind, const SearchResult& result, const
   for (const std::vector<Candidate>* group : {&result.singles, &result.pairs})
     for (const Candidate& candidate : *group)
       if (candidate.exact.solved || !chosen.exact.solved) add(candidate, advantage(result, candidate));
-  return all > 0.0 ? with / all : 0.0;
+  // Nobody who has seen some dozens of cases may be surer.
+  return all > 0.0 ? std::clamp(with / all, 1.0 - kSurest, kSurest) : 0.0;
 }
 
 std::vector<FindingNumber> numbers_of(const std::string& kind, const Fit& fit, const Scene& scene) {
@@ -396,6 +398,7 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
     Finding numbers = finding_of("parameters", result, chosen, scene);
     numbers.probability = 0.9;
     numbers.trials.clear();
+    numbers.phase.clear();
     diagnosis.findings.push_back(numbers);
     if (diagnosis.verdict == Verdict::no_mismatch) diagnosis.verdict = Verdict::parameters;
   }
