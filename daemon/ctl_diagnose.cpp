@@ -25,7 +25,7 @@ struct DiagnoseArguments {
   std::vector<std::string> bundles;
   fs::path out;
   int threads = 0;
-  double budget = 170.0;
+  double budget = 140.0;
   bool quick = false;
 };
 
