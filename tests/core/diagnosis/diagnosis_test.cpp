@@ -37,8 +37,11 @@ TEST_CASE("other numbers are not sold as physics", "[diagnosis]") {
       diagnose(twin_session({{{"youngs_modulus", 8.5}, {"poissons_ratio", 0.41}}, {}}, 2), quick());
   CHECK(diagnosis.verdict == Verdict::parameters);
   REQUIRE(kinds_of(diagnosis) == std::vector<std::string>{"parameters"});
-  CHECK(diagnosis.findings[0].parameters[0].value[0] == Approx(8.5).epsilon(0.03));
-  CHECK(diagnosis.findings[0].parameters[1].value[0] == Approx(0.41).margin(0.01));
+  // What the elements may err in forces is allowed for, and stated.
+  const FindingNumber &modulus = diagnosis.findings[0].parameters[0], &ratio = diagnosis.findings[0].parameters[1];
+  CHECK(modulus.sd[0] < 0.05 * modulus.value[0]);
+  CHECK(std::abs(modulus.value[0] - 8.5) < 3.0 * modulus.sd[0]);
+  CHECK(ratio.value[0] == Approx(0.41).margin(0.01));
 }
 
 TEST_CASE("relaxation is named, measured, and predicts what was held out", "[diagnosis]") {
