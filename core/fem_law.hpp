@@ -12,6 +12,24 @@ struct alignas(64) PointDeformation {
   double f[9][kPointLanes];
 };
 
+// J = det F and H = F^-T, row-major; H is zero where J <= 0.
+inline void inverse_transpose(const PointDeformation& deformation, double (&j)[kPointLanes],
+                              double (&h)[9][kPointLanes]) {
+  const auto& f = deformation.f;
+  for (int l = 0; l < kPointLanes; ++l) {
+    const double cofactor[9] = {
+        f[4][l] * f[8][l] - f[5][l] * f[7][l], f[5][l] * f[6][l] - f[3][l] * f[8][l],
+        f[3][l] * f[7][l] - f[4][l] * f[6][l], f[2][l] * f[7][l] - f[1][l] * f[8][l],
+        f[0][l] * f[8][l] - f[2][l] * f[6][l], f[1][l] * f[6][l] - f[0][l] * f[7][l],
+        f[1][l] * f[5][l] - f[2][l] * f[4][l], f[2][l] * f[3][l] - f[0][l] * f[5][l],
+        f[0][l] * f[4][l] - f[1][l] * f[3][l],
+    };
+    j[l] = f[0][l] * cofactor[0] + f[1][l] * cofactor[1] + f[2][l] * cofactor[2];
+    const double inverse = j[l] > 0 ? 1.0 / j[l] : 0.0;
+    for (int k = 0; k < 9; ++k) h[k][l] = cofactor[k] * inverse;
+  }
+}
+
 // Per rest volume. `tangent`: dP/dF, a symmetric 9 x 9, lower triangle in the order of pair_index.
 struct alignas(64) PointResponse {
   double energy[kPointLanes];       // kPa

@@ -9,30 +9,16 @@ namespace {
 
 using Lanes = double[kPointLanes];
 
-// What both moduli multiply. H = F^-T; cofactor = J H.
+// What both moduli multiply. H = F^-T.
 struct alignas(64) Invariants {
   Lanes j, shape, i1, h[9];  // shape = J^(-2/3); zero where J <= 0
 };
 
-void invariants_of(const Lanes* f, Invariants& out) {
-  for (int l = 0; l < kPointLanes; ++l) {
-    const double cofactor[9] = {
-        f[4][l] * f[8][l] - f[5][l] * f[7][l], f[5][l] * f[6][l] - f[3][l] * f[8][l],
-        f[3][l] * f[7][l] - f[4][l] * f[6][l], f[2][l] * f[7][l] - f[1][l] * f[8][l],
-        f[0][l] * f[8][l] - f[2][l] * f[6][l], f[1][l] * f[6][l] - f[0][l] * f[7][l],
-        f[1][l] * f[5][l] - f[2][l] * f[4][l], f[2][l] * f[3][l] - f[0][l] * f[5][l],
-        f[0][l] * f[4][l] - f[1][l] * f[3][l],
-    };
-    const double j = f[0][l] * cofactor[0] + f[1][l] * cofactor[1] + f[2][l] * cofactor[2];
-    const double inverse = j > 0 ? 1.0 / j : 0.0;
-    out.j[l] = j;
-    double i1 = 0.0;
-    for (int k = 0; k < 9; ++k) {
-      out.h[k][l] = cofactor[k] * inverse;
-      i1 += f[k][l] * f[k][l];
-    }
-    out.i1[l] = i1;
-  }
+void invariants_of(const PointDeformation& deformation, Invariants& out) {
+  inverse_transpose(deformation, out.j, out.h);
+  for (int l = 0; l < kPointLanes; ++l) out.i1[l] = 0.0;
+  for (int k = 0; k < 9; ++k)
+    for (int l = 0; l < kPointLanes; ++l) out.i1[l] += deformation.f[k][l] * deformation.f[k][l];
   for (int l = 0; l < kPointLanes; ++l) {
     const double root = std::cbrt(out.j[l]);
     out.shape[l] = out.j[l] > 0 ? 1.0 / (root * root) : 0.0;
@@ -77,7 +63,7 @@ void FemNeoHookean::add(const PointBatch&, const PointDeformation& deformation, 
                         PointResponse& response) const {
   const double mu = material_.shear_modulus(), kappa = material_.bulk_modulus();
   Invariants v;
-  invariants_of(deformation.f, v);
+  invariants_of(deformation, v);
   for (int l = 0; l < kPointLanes; ++l) {
     const double change = v.j[l] - 1.0;
     response.energy[l] += v.j[l] > 0 ? 0.5 * mu * (v.i1[l] * v.shape[l] - 3.0) + 0.5 * kappa * change * change
@@ -106,7 +92,7 @@ void FemNeoHookean::differentiate(int index, const PointBatch&, const PointDefor
   const double e = material_.youngs_modulus, nu = material_.poissons_ratio;
   const double mu = material_.shear_modulus(), kappa = material_.bulk_modulus();
   Invariants v;
-  invariants_of(deformation.f, v);
+  invariants_of(deformation, v);
   for (int k = 0; k < 9; ++k)
     for (int l = 0; l < kPointLanes; ++l) stress[k][l] = 0.0;
   // Linear in both moduli: the derivative is the stress of the moduli's derivatives.

@@ -6,6 +6,8 @@
 // before they are integrated; anything else (a membrane on the skin, a mass, a spring, a sliding contact) is a FemTerm.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <span>
 #include <string>
@@ -52,6 +54,19 @@ struct TermOutput {
 
 constexpr int pair_index(int a, int b) { return a * (a + 1) / 2 + b; }
 constexpr int pair_count(int nodes) { return nodes * (nodes + 1) / 2; }
+
+// What one entity writes to, set to zero; null where it is not asked for.
+struct EntityOutput {
+  double *residual = nullptr, *tangent = nullptr;
+};
+inline EntityOutput cleared(const TermOutput& output, int entity, int nodes) {
+  const std::ptrdiff_t rows = 3 * nodes, entries = 9 * pair_count(nodes);
+  EntityOutput out;
+  if (output.energy != nullptr) output.energy[entity] = 0.0;
+  if (output.residual != nullptr) out.residual = std::fill_n(output.residual + entity * rows, rows, 0.0) - rows;
+  if (output.tangent != nullptr) out.tangent = std::fill_n(output.tangent + entity * entries, entries, 0.0) - entries;
+  return out;
+}
 
 class FemTerm : public FemAdjustable {
  public:

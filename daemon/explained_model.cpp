@@ -14,17 +14,9 @@ using nlohmann::json;
 constexpr const char* kFormat = "tissued-model/1";
 
 json effect_json(const core::Effect& effect, const core::Fit& fit, const core::Scene& scene) {
-  const std::vector<double> neutral = effect.neutral(scene);
+  const std::vector<double> values = core::effect_values(effect, fit, scene);
   json numbers = json::object();
-  for (std::size_t k = 0; k < neutral.size(); ++k) {
-    const core::EffectParameter& parameter = effect.parameters()[k];
-    const std::string name = core::model_parameter(effect, parameter);
-    double value = neutral[k];
-    for (const auto& [fixed, of_fixed] : fit.hypothesis.fixed)
-      if (fixed == name) value = of_fixed;
-    if (fit.has(name)) value = fit.value(name);
-    numbers[parameter.name] = value;
-  }
+  for (std::size_t k = 0; k < values.size(); ++k) numbers[effect.parameters()[k].name] = values[k];
   return {{"kind", effect.kind()}, {"parameters", numbers}};
 }
 

@@ -32,6 +32,14 @@ protocol::Trial read_trial(const std::filesystem::path& path) {
   throw protocol::FileError(path.string(), 0, "not a recording: .csv (Nexus) and .c3d are read");
 }
 
+std::optional<std::size_t> find_label(const config::Bundle& bundle, const protocol::Trial& trial,
+                                      const std::string& name) {
+  if (!bundle.subject.empty()) {
+    if (const auto found = trial.find_label(bundle.subject + ':' + name)) return found;
+  }
+  return trial.find_label(name);
+}
+
 Recording::Recording(const config::Bundle& bundle, const config::TrialInfo& info, protocol::Trial trial)
     : bundle_(bundle), info_(info), trial_(std::move(trial)) {
   find_columns();
@@ -43,17 +51,11 @@ Recording::Recording(const config::Bundle& bundle, const config::TrialInfo& info
   find_opening_rest();
 }
 
-std::optional<std::size_t> Recording::find_label(const std::string& name) const {
-  if (!bundle_.subject.empty()) {
-    if (const auto found = trial_.find_label(bundle_.subject + ':' + name)) return found;
-  }
-  return trial_.find_label(name);
-}
-
 void Recording::find_columns() {
   const auto find_all = [&](const auto& entries, std::vector<Column>& columns) {
     for (std::size_t i = 0; i < entries.size(); ++i) {
-      if (const auto label = find_label(entries[i].name)) columns.push_back({*label, i, wire_name(entries[i].name)});
+      if (const auto label = find_label(bundle_, trial_, entries[i].name))
+        columns.push_back({*label, i, wire_name(entries[i].name)});
     }
   };
   find_all(bundle_.scene.markers, markers_);

@@ -14,6 +14,11 @@ namespace tissued::daemon {
 /// Reads a trial's file by its extension: `.csv` (Nexus) or `.c3d`. Throws protocol::FileError.
 protocol::Trial read_trial(const std::filesystem::path& path);
 
+/// The trajectory of a marker, target or pad of the bundle: by the bundle's subject and the name, else by the name
+/// alone.
+std::optional<std::size_t> find_label(const config::Bundle& bundle, const protocol::Trial& trial,
+                                      const std::string& name);
+
 /// What of a recording is put into tracker frames.
 struct RecordingItems {
   const config::MarkerSet* marker_set = nullptr;  ///< nullptr: all markers of the bundle
@@ -63,7 +68,6 @@ class Recording {
     std::size_t entry;   // index of the marker, pad or target in the bundle's scene
     protocol::Name name;
   };
-  std::optional<std::size_t> find_label(const std::string& name) const;
   core::Vec3 position(std::size_t index, std::size_t label) const;
   void find_columns();
   void find_hold();

@@ -15,11 +15,7 @@ class TrialColumns {
  public:
   TrialColumns(const config::Bundle& bundle, const protocol::Trial& trial) : bundle_(&bundle), trial_(&trial) {}
 
-  std::optional<std::size_t> label(const std::string& name) const {
-    if (!bundle_->subject.empty())
-      if (const auto found = trial_->find_label(bundle_->subject + ':' + name)) return found;
-    return trial_->find_label(name);
-  }
+  std::optional<std::size_t> label(const std::string& name) const { return find_label(*bundle_, *trial_, name); }
   // mm, tissue.
   std::optional<core::Vec3> position(std::size_t frame, std::size_t label) const {
     if (!trial_->is_seen(frame, label)) return std::nullopt;

@@ -80,13 +80,7 @@ std::vector<FindingNumber> numbers_of(const std::string& kind, const Fit& fit, c
   std::vector<EffectNumber> numbers;
   std::vector<double> sds;
   if (const Effect* effect = find_effect(kind); effect != nullptr && kind != "parameters") {
-    std::vector<double> values = effect->neutral(scene);
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const std::string name = model_parameter(*effect, effect->parameters()[k]);
-      if (fit.has(name)) values[k] = fit.value(name);
-      for (const auto& [fixed, value] : fit.hypothesis.fixed)
-        if (fixed == name) values[k] = value;
-    }
+    const std::vector<double> values = effect_values(*effect, fit, scene);
     numbers = effect->reported(values);
     sds.assign(numbers.size(), 0.0);
     // To first order, through whatever `reported` does to the numbers.

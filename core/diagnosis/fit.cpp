@@ -321,6 +321,17 @@ double Fit::sd(const std::string& name) const {
   return unknown.slope() * std::sqrt(covariance(at, at));
 }
 
+std::vector<double> effect_values(const Effect& effect, const Fit& fit, const Scene& scene) {
+  std::vector<double> values = effect.neutral(scene);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const std::string name = model_parameter(effect, effect.parameters()[k]);
+    for (const auto& [fixed, value] : fit.hypothesis.fixed)
+      if (fixed == name) values[k] = value;
+    if (fit.has(name)) values[k] = fit.value(name);
+  }
+  return values;
+}
+
 Fit assess(const FitData& data, const Hypothesis& hypothesis,
            const std::vector<std::pair<std::string, double>>& values) {
   Fit fit;

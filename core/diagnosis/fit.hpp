@@ -73,6 +73,9 @@ struct Fit {
   double sd(const std::string& name) const;  // of the value
 };
 
+// All numbers of an effect of the fit's hypothesis, beside its parameters(): fitted, fixed, or neutral.
+std::vector<double> effect_values(const Effect& effect, const Fit& fit, const Scene& scene);
+
 // When a fit ends.
 struct FitControl {
   int most_evaluations = 16;

@@ -1,8 +1,8 @@
 #include "core/diagnosis/words.hpp"
 
-#include <cstdarg>
-#include <cstdio>
 #include <map>
+
+#include "core/effects/wording.hpp"
 
 namespace tissued::core {
 
@@ -10,28 +10,8 @@ namespace {
 
 constexpr double kDegrees = 57.29577951308232;
 
-__attribute__((format(printf, 1, 2))) std::string worded(const char* format, ...) {
-  char text[400];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
-
 Vec3 vector_of(const Fit& fit, const std::string& name) {
   return {fit.value(name + ".x"), fit.value(name + ".y"), fit.value(name + ".z")};
-}
-
-std::string effect_summary(const Effect& effect, const Fit& fit, const Scene& scene) {
-  std::vector<double> values = effect.neutral(scene);
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const std::string name = model_parameter(effect, effect.parameters()[k]);
-    if (fit.has(name)) values[k] = fit.value(name);
-    for (const auto& [fixed, value] : fit.hypothesis.fixed)
-      if (fixed == name) values[k] = value;
-  }
-  return effect.sentence(values);
 }
 
 std::string slip_summary(const Fit& fit, const Scene& scene) {
@@ -71,7 +51,7 @@ std::string summary_of(const std::string& kind, const Fit& fit, const Scene& sce
                   fit.value("youngs_modulus"), scene.material.youngs_modulus, fit.value("poissons_ratio"),
                   scene.material.poissons_ratio);
   const Effect* effect = find_effect(kind);
-  return effect != nullptr ? effect_summary(*effect, fit, scene) : std::string();
+  return effect != nullptr ? effect->sentence(effect_values(*effect, fit, scene)) : std::string();
 }
 
 std::string_view experiment_for(const std::string& kind) {

@@ -66,13 +66,9 @@ Vec3 FacetSprings::away(int entity, int point, const Support& support, const dou
 }
 
 void FacetSprings::evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const {
-  const int count = nodes_per_entity(), rows = 3 * count, entries = 9 * pair_count(count);
+  const int count = nodes_per_entity();
   for (int e = begin; e < end; ++e) {
-    double* residual = output.residual != nullptr ? output.residual + static_cast<std::ptrdiff_t>(e) * rows : nullptr;
-    double* tangent = output.tangent != nullptr ? output.tangent + static_cast<std::ptrdiff_t>(e) * entries : nullptr;
-    if (output.energy != nullptr) output.energy[e] = 0.0;
-    if (residual != nullptr) std::fill_n(residual, rows, 0.0);
-    if (tangent != nullptr) std::fill_n(tangent, entries, 0.0);
+    const auto [residual, tangent] = cleared(output, e, count);
     const Support support = support_of(e, input);
     if (!support.active) continue;
     for (int q = 0; q < kFacetPoints; ++q) {

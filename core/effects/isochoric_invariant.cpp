@@ -6,19 +6,7 @@ namespace tissued::core {
 
 void isochoric_invariant(const PointDeformation& deformation, const Mat3& m, IsochoricInvariant& out) {
   const auto& f = deformation.f;
-  for (int l = 0; l < kPointLanes; ++l) {
-    const double cofactor[9] = {
-        f[4][l] * f[8][l] - f[5][l] * f[7][l], f[5][l] * f[6][l] - f[3][l] * f[8][l],
-        f[3][l] * f[7][l] - f[4][l] * f[6][l], f[2][l] * f[7][l] - f[1][l] * f[8][l],
-        f[0][l] * f[8][l] - f[2][l] * f[6][l], f[1][l] * f[6][l] - f[0][l] * f[7][l],
-        f[1][l] * f[5][l] - f[2][l] * f[4][l], f[2][l] * f[3][l] - f[0][l] * f[5][l],
-        f[0][l] * f[4][l] - f[1][l] * f[3][l],
-    };
-    const double j = f[0][l] * cofactor[0] + f[1][l] * cofactor[1] + f[2][l] * cofactor[2];
-    const double inverse = j > 0 ? 1.0 / j : 0.0;
-    out.j[l] = j;
-    for (int k = 0; k < 9; ++k) out.inverse[k][l] = cofactor[k] * inverse;
-  }
+  inverse_transpose(deformation, out.j, out.inverse);
   for (int l = 0; l < kPointLanes; ++l) {
     const double root = std::cbrt(out.j[l]);
     out.scale[l] = out.j[l] > 0 ? 1.0 / (root * root) : 0.0;

@@ -78,13 +78,8 @@ class Membrane final : public WithNumbers<FemTerm> {
   }
 
   void evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const override {
-    const int rows = 3 * nodes_per_entity(), entries = 9 * pair_count(nodes_per_entity());
     for (int e = begin; e < end; ++e) {
-      double* residual = output.residual != nullptr ? output.residual + static_cast<std::ptrdiff_t>(e) * rows : nullptr;
-      double* tangent = output.tangent != nullptr ? output.tangent + static_cast<std::ptrdiff_t>(e) * entries : nullptr;
-      if (output.energy != nullptr) output.energy[e] = 0.0;
-      if (residual != nullptr) std::fill_n(residual, rows, 0.0);
-      if (tangent != nullptr) std::fill_n(tangent, entries, 0.0);
+      const auto [residual, tangent] = cleared(output, e, nodes_per_entity());
       if (number(kStiffness) == 0.0) continue;
       for (std::size_t q = 0; q < points_; ++q) {
         const Gradients& g = gradients_[points_ * static_cast<std::size_t>(e) + q];
