@@ -2,14 +2,11 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "core/diagnosis/fit.hpp"
+#include "core/diagnosis/promises.hpp"
 
 namespace tissued::core {
-
-using Values = std::vector<std::pair<std::string, double>>;
 
 struct Candidate {
   std::vector<std::string> kinds;  // of the contract; empty: numbers only

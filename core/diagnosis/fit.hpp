@@ -3,40 +3,14 @@
 #pragma once
 
 #include <atomic>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/diagnosis/likelihood.hpp"
 #include "core/diagnosis/path_solver.hpp"
-#include "core/diagnosis/recorder.hpp"
+#include "core/diagnosis/unknowns.hpp"
 
 namespace tissued::core {
-
-// What is supposed to be the case beside the assumed physics.
-struct Hypothesis {
-  std::vector<const Effect*> effects;
-  bool numbers = true;  // stiffness and compressibility may differ from the assumed
-  bool latency = false, registration = false;
-  std::vector<SlippedMarker> slips;
-  std::vector<std::pair<std::string, double>> fixed;  // numbers of effects that are not fitted, and what they are
-};
-
-struct Unknown {
-  enum class Source { body, fault, discretisation };
-  std::string name;  // kind.parameter, e.g. viscoelasticity.g1, latency.seconds
-  std::string unit;
-  Source source = Source::body;
-  int fault = 0;       // of source fault: index for fault_number
-  double value = 0.0;  // as FemModel knows it
-  double lowest = 0.0, highest = 0.0;
-  bool logarithmic = false;
-  double prior = 0.0, prior_sd = 1.0;  // in the fitted scale: the logarithm where logarithmic
-
-  double fitted() const;
-  void set_fitted(double fitted);
-  double slope() const { return logarithmic ? value : 1.0; }  // d value / d fitted
-};
 
 // What every fit of a session shares. Outlives the fits; read by several threads.
 struct FitData {
@@ -83,22 +57,12 @@ struct FitControl {
 };
 
 // start: unknowns of these names begin at these values (a scan's, or another fit's), beside the neutral ones.
-Fit fit(const FitData& data, const Hypothesis& hypothesis, const std::vector<std::pair<std::string, double>>& start,
-        const FitControl& control);
+Fit fit(const FitData& data, const Hypothesis& hypothesis, const Values& start, const FitControl& control);
 
-// What a start promises.
-struct Promise {
-  std::size_t start = 0;    // index
-  double chi_square = 0.0;  // after one step
-  double amplitude = 0.0;   // of Effect::amplitude after that step; as it was where the effect has none
-};
-
-// Of several starts of the hypothesis' last effect, best first. Those without an equilibrium are left out.
-std::vector<Promise> most_promising(const FitData& data, const Hypothesis& hypothesis,
-                                    const std::vector<std::vector<std::pair<std::string, double>>>& starts);
+// A step of Levenberg and Marquardt, in the fitted scale; unknowns at a bound that it would leave stay there.
+Eigen::VectorXd step_of(const NormalEquations& equations, const std::vector<Unknown>& unknowns, double damping);
 
 // The unknowns at their neutral values, without a fit: what the assumed physics predicts.
-Fit assess(const FitData& data, const Hypothesis& hypothesis,
-           const std::vector<std::pair<std::string, double>>& values = {});
+Fit assess(const FitData& data, const Hypothesis& hypothesis, const Values& values = {});
 
 }  // namespace tissued::core

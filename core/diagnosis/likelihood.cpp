@@ -145,4 +145,26 @@ Eigen::VectorXd noise_seen(std::span<const RecordedTrial> trials, const Eigen::V
   return noise;
 }
 
+std::vector<const TrialResidual*> pointers_to(const std::vector<TrialResidual>& residuals, int but) {
+  std::vector<const TrialResidual*> out;
+  for (const TrialResidual& residual : residuals)
+    if (residual.trial != but) out.push_back(&residual);
+  return out;
+}
+
+ErrorModel raised(const ErrorModel& errors, const Channels& channels, const NormalEquations& equations) {
+  const auto kind_of = [&channels](int c) { return channels.is_marker(c) ? 0 : channels.is_force(c) ? 1 : 2; };
+  std::array<double, 3> square{}, count{};
+  for (int c = 0; c < channels.count(); ++c) {
+    square[kind_of(c)] += equations.chi_square_of_channel[c];
+    count[kind_of(c)] += equations.count_of_channel[c];
+  }
+  ErrorModel out = errors;
+  for (int c = 0; c < channels.count(); ++c) {
+    const int kind = kind_of(c);
+    if (square[kind] > count[kind]) out.noise[c] *= std::sqrt(square[kind] / count[kind]);
+  }
+  return out;
+}
+
 }  // namespace tissued::core

@@ -36,7 +36,14 @@ struct NormalEquations {
   Eigen::VectorXd chi_square_of_channel, count_of_channel;
 };
 
+// All of them, or all but that of one trial.
+std::vector<const TrialResidual*> pointers_to(const std::vector<TrialResidual>& residuals, int but = -1);
+
 NormalEquations normal_equations(const ErrorModel& errors, std::span<const TrialResidual* const> trials);
+
+// Far from the truth noise is no measure of the misfit, and what is allowed for discretisation would be used up to
+// hide it: noise raised to what is left, for each kind of channel.
+ErrorModel raised(const ErrorModel& errors, const Channels& channels, const NormalEquations& equations);
 
 // What is likely wrong of the prediction besides its numbers, given the residuals.
 struct Nuisances {

@@ -1,0 +1,21 @@
+// Which of many places is worth a fit: what one linear step from each would gain.
+#pragma once
+
+#include <vector>
+
+#include "core/diagnosis/fit.hpp"
+
+namespace tissued::core {
+
+// What a start promises.
+struct Promise {
+  std::size_t start = 0;    // index
+  double chi_square = 0.0;  // after one step
+  double amplitude = 0.0;   // of Effect::amplitude after that step; as it was where the effect has none
+};
+
+// Of several starts of the hypothesis' last effect, best first. Those without an equilibrium are left out.
+std::vector<Promise> most_promising(const FitData& data, const Hypothesis& hypothesis,
+                                    const std::vector<Values>& starts);
+
+}  // namespace tissued::core
