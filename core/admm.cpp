@@ -22,10 +22,21 @@ AdmmWorkspace::AdmmWorkspace(const Model& model, int thread_count)
       forces(model.blocks().corners.size()),
       delta(static_cast<std::size_t>(4 * model.system().free_count())),
       held(model.holdable()),
-      held_pads(model.scene().pads.size()),
+      held_groups(static_cast<std::size_t>(model.holdable().group_count())),
+      rotations(held_groups.size(), Mat3::Identity()),
       prescribed(static_cast<std::size_t>(model.holdable().count()), Eigen::Vector4d::Zero()),
       wanted(static_cast<std::size_t>(model.holdable().count()), Eigen::Vector4d::Zero()),
-      threads(thread_count) {}
+      threads(thread_count),
+      pads(model.scene().pads.size()) {
+  release_pads();
+}
+
+void AdmmWorkspace::release_pads() {
+  for (std::size_t group = 0; group < held_groups.size(); ++group) held_groups[group] = group < pads ? 0 : 1;
+  std::fill(rotations.begin(), rotations.end(), Mat3::Identity());
+  held.hold(held_groups, rotations);
+  held.forget_forces();
+}
 
 int resolve_threads(int requested, int tets) {
   constexpr int kWorthSharing =
@@ -43,14 +54,18 @@ Eigen::Vector4d on_pad(const Pad& pad, const PadInput& input, const Eigen::Vecto
   return position;
 }
 
-void hold_pads(AdmmWorkspace& workspace, std::span<const PadInput> pads) {
+void hold_pads(const Model& model, AdmmWorkspace& workspace, std::span<const PadInput> pads) {
+  constexpr double kTurned = 1e-9;  // of an entry of the rotation
   bool changed = false;
   for (std::size_t p = 0; p < pads.size(); ++p) {
     const std::uint8_t holds = pads[p].kind == PadInput::Kind::pose;
-    changed |= workspace.held_pads[p] != holds;
-    workspace.held_pads[p] = holds;
+    changed |= workspace.held_groups[p] != holds;
+    workspace.held_groups[p] = holds;
+    if (!holds || !model.holdable().slides()) continue;
+    changed |= (workspace.rotations[p] - pads[p].rotation).cwiseAbs().maxCoeff() > kTurned;
+    workspace.rotations[p] = pads[p].rotation;
   }
-  if (changed) workspace.held.hold(workspace.held_pads);
+  if (changed) workspace.held.hold(workspace.held_groups, workspace.rotations);
 }
 
 void gather_external(const Model& model, AdmmWorkspace& workspace, std::span<const PadInput> pads) {
@@ -70,31 +85,36 @@ void gather_external(const Model& model, AdmmWorkspace& workspace, std::span<con
 
 double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, std::span<const PadInput> pads,
                   double dt, double pad_limit) {
-  hold_pads(workspace, pads);
+  hold_pads(model, workspace, pads);
   gather_external(model, workspace, pads);
   // (2) without its force term, which the residual carries as it is: M (x_tilde - x) / dt^2 = ... + F_ext.
   const double extrapolate = std::isinf(dt) ? 0.0 : dt / state.dt;
   workspace.x_tilde = state.x + extrapolate * (state.x - state.x_previous);
   double cut = 0.0;
   for (int k = 0; k < workspace.held.count(); ++k) {
-    const int node = workspace.held.node(k), pad = workspace.held.group(k);
-    const Eigen::Vector4d from = state.x.row(node).transpose();
-    Eigen::Vector4d move = on_pad(model.scene().pads[pad], pads[pad], model.rest().row(node).transpose()) - from;
+    const int node = workspace.held.node(k);
+    const auto pad = static_cast<std::size_t>(workspace.held.group(k));
+    const Eigen::Vector4d from = state.x.row(node).transpose(), rest = model.rest().row(node).transpose();
+    const Eigen::Vector4d to = pad < pads.size() ? on_pad(model.scene().pads[pad], pads[pad], rest) : rest;
+    Eigen::Vector4d move = workspace.held.level(k, from, to) - from;
     const double length = move.norm();
     if (length > pad_limit) {
       cut = std::max(cut, length - pad_limit);
       move *= pad_limit / length;
     }
     workspace.prescribed[k] = from + move;
-    workspace.x_tilde.row(node) = workspace.prescribed[k].transpose();  // (20)
+    const Eigen::Vector4d tilde = workspace.x_tilde.row(node).transpose();
+    workspace.x_tilde.row(node) = workspace.held.level(k, tilde, workspace.prescribed[k]).transpose();  // (20)
   }
   return cut;
 }
 
-LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace) {
+LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace,
+                            PointDeformation* deformations) {
   const int blocks = model.blocks().count();
   const auto run = [&](int first, int last) {
-    return local_step(model.blocks(), first, last, state.x.data(), state.domains.data(), workspace.forces.data());
+    return local_step(model.blocks(), first, last, state.x.data(), state.domains.data(), workspace.forces.data(),
+                      deformations);
   };
   if (workspace.threads == 1) return run(0, blocks);
   LocalStepResult total;
@@ -115,8 +135,8 @@ LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace&
 namespace {
 
 // r = M (x_tilde - x) / dt^2 + f_ext - D^T W^2 (Dx - z + u), rounded to the factor's precision, rows in its order.
-void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, double dt, int first,
-                   int last) {
+void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, double dt,
+                   const NodeField* node_forces, int first, int last) {
   const double* forces = reinterpret_cast<const double*>(workspace.forces.data());
   const double per_dt2 = 1.0 / (dt * dt);
   for (int row = first; row < last; ++row) {
@@ -127,10 +147,13 @@ void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& wo
       sum[1] += forces[offset + kLanes];
       sum[2] += forces[offset + 2 * kLanes];
     }
-    const double inertia = model.masses()[node] * per_dt2;
+    if (node_forces != nullptr)
+      for (int axis = 0; axis < 3; ++axis) sum[axis] += (*node_forces)(node, axis);
+    const double inertia = model.masses()[node] * per_dt2, drag = model.masses()[node] * model.mass_damping() / dt;
     for (int axis = 0; axis < 3; ++axis) {
-      const double r =
-          sum[axis] + workspace.external(node, axis) + inertia * (workspace.x_tilde(node, axis) - state.x(node, axis));
+      const double r = sum[axis] + workspace.external(node, axis) +
+                       inertia * (workspace.x_tilde(node, axis) - state.x(node, axis)) +
+                       drag * (state.x_previous(node, axis) - state.x(node, axis));
       workspace.delta[4 * static_cast<std::size_t>(row) + axis] = static_cast<float>(r);
     }
     workspace.delta[4 * static_cast<std::size_t>(row) + 3] = 0.0f;
@@ -139,15 +162,17 @@ void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& wo
 
 }  // namespace
 
-double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace, double dt) {
+double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace, double dt,
+                    const NodeField* node_forces) {
   const int free = model.system().free_count();
   if (workspace.threads == 1) {
-    residual_rows(model, state, workspace, dt, 0, free);
+    residual_rows(model, state, workspace, dt, node_forces, 0, free);
   } else {
 #pragma omp parallel num_threads(workspace.threads)
     {
       const int count = omp_get_num_threads(), id = omp_get_thread_num();
-      residual_rows(model, state, workspace, dt, static_cast<int>(static_cast<std::int64_t>(free) * id / count),
+      residual_rows(model, state, workspace, dt, node_forces,
+                    static_cast<int>(static_cast<std::int64_t>(free) * id / count),
                     static_cast<int>(static_cast<std::int64_t>(free) * (id + 1) / count));
     }
   }
@@ -163,14 +188,18 @@ double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspa
     state.x.row(model.system().node_of_row(row)) += move.cast<double>().transpose();
     largest = std::max(largest, move.squaredNorm());
   }
-  for (int k = 0; k < held.count(); ++k) state.x.row(held.node(k)) = workspace.prescribed[k].transpose();
+  for (int k = 0; k < held.count(); ++k) {
+    const Eigen::Vector4d at = state.x.row(held.node(k)).transpose();
+    state.x.row(held.node(k)) = held.level(k, at, workspace.prescribed[k]).transpose();
+  }
   return std::sqrt(static_cast<double>(largest));
 }
 
 void pad_forces(const AdmmWorkspace& workspace, std::span<Vec3> out) {
   for (Vec3& f : out) f.setZero();
   for (int k = 0; k < workspace.held.count(); ++k)
-    out[workspace.held.group(k)] += workspace.held.force(k).head<3>() / kMillinewtonPerNewton;
+    if (static_cast<std::size_t>(workspace.held.group(k)) < out.size())
+      out[workspace.held.group(k)] += workspace.held.force(k).head<3>() / kMillinewtonPerNewton;
 }
 
 }  // namespace tissued::core

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/model.hpp"
+#include "core/effect_forces.hpp"
 
 namespace tissued::core {
 
@@ -26,12 +26,19 @@ struct AdmmWorkspace {
   std::vector<CornerForce> forces;
   std::vector<float> delta;  // (free x 4) mm, in the factor's order
   HeldNodes held;
-  std::vector<std::uint8_t> held_pads;      // (pads)
+  std::vector<std::uint8_t> held_groups;    // (groups of the model's holdable nodes)
+  std::vector<Mat3> rotations;              // likewise, of what holds them
   std::vector<Eigen::Vector4d> prescribed;  // (held) mm, where the held nodes must be
   std::vector<Eigen::Vector4d> wanted;      // (held) mm, how far they must move
   int threads;
 
   AdmmWorkspace(const Model& model, int thread_count);
+  std::span<const std::uint8_t> held_pads() const { return std::span(held_groups).first(pads); }
+  // As before the first step: no pad holds.
+  void release_pads();
+
+ private:
+  std::size_t pads;
 };
 
 // 0: one thread below the size where a second pays, else all there are.
@@ -42,13 +49,16 @@ int resolve_threads(int requested, int tets);
 double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, std::span<const PadInput> pads,
                   double dt, double pad_limit);
 
-// Local step (10) of all strain domains.
-LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace);
+// Local step (10) of all strain domains. deformations: null, or where Dx of every block goes.
+LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace,
+                            PointDeformation* deformations = nullptr);
 
-// Global step (7) with the held nodes exact. Returns the largest move of a node, mm.
-double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace, double dt);
+// Global step (7) with the held nodes exact. node_forces: null, or further ones, (n x 4) mN. Returns the largest move
+// of a node, mm.
+double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace, double dt,
+                    const NodeField* node_forces = nullptr);
 
-// N, of every pad on the tissue, into (pads).
+// N, of every pad that holds on the tissue, into (pads).
 void pad_forces(const AdmmWorkspace& workspace, std::span<Vec3> out);
 
 }  // namespace tissued::core

@@ -23,18 +23,21 @@ int modes_for(const Model& model, int requested) {
 
 AdmmSimulator::AdmmSimulator(const Scene& scene, const SimulatorOptions& options, bool closed_loop)
     : options_(options), closed_loop_(closed_loop) {
-  build(scene, options.solver.time_step);
+  if (!options.effects.empty()) enrichment_ = std::make_unique<Enrichment>(scene, options.effects);
+  build(enrichment_ ? enrichment_->scene() : scene, options.solver.time_step);
+  settle();
 }
 
 void AdmmSimulator::build(const Scene& scene, double time_step) {
   time_step_ = time_step;
   auto model = std::make_unique<Model>(scene, options_.solver.element, options_.solver.weight_scale,
-                                       time_step / steps_per_frame());
+                                       time_step / steps_per_frame(), enrichment_.get());
   filter_.reset();
   workspace_.reset();
   model_ = std::move(model);
   workspace_.emplace(*model_, resolve_threads(options_.solver.threads, scene.mesh.tet_count()));
   if (!state_) state_.emplace(*model_);
+  if (enrichment_ && !effects_) effects_.emplace(*enrichment_, *model_);
   if (closed_loop_ && options_.filter.preset == NoisePreset::standard) {
     if (stiffness_filter_) {
       stiffness_filter_->use(*model_);
@@ -54,6 +57,7 @@ void AdmmSimulator::build(const Scene& scene, double time_step) {
   marker_seen_.assign(markers, 0);
   last_finite_ = state_->x;
   pad_forces_.assign(model_->scene().pads.size(), Vec3::Zero());
+  lifted_.assign(model_->scene().pads.size(), PadInput{});
 }
 
 int AdmmSimulator::steps_per_frame() const {
@@ -67,13 +71,39 @@ void AdmmSimulator::set_time_step(double time_step) {
 
 void AdmmSimulator::reset() {
   state_->reset(*model_);
-  last_finite_ = state_->x;
-  std::fill(workspace_->held_pads.begin(), workspace_->held_pads.end(), std::uint8_t{0});
-  workspace_->held.hold(workspace_->held_pads);
+  workspace_->release_pads();
+  if (effects_) effects_->reset();
+  settle();
   for (Vec3& force : pad_forces_) force.setZero();
   history_->clear();
   if (filter_) filter_->reset();
   if (stiffness_filter_) stiffness_filter_->reset();
+}
+
+// Under its own weight, before anything is recorded.
+void AdmmSimulator::settle() {
+  constexpr int kMostIterations = 3000;
+  constexpr double kSettled = 1e-4;  // mm, of a node in an iteration
+  if (!model_->acceleration().isZero()) {
+    begin_step(*model_, *state_, *workspace_, lifted_, kQuasiStatic, kPadLimit);
+    double move = 1.0;
+    for (int k = 0; k < kMostIterations && move > kSettled; ++k) move = iterate_once(lifted_, kQuasiStatic, 0.0);
+    state_->x_previous = state_->x;
+  }
+  last_finite_ = state_->x;
+}
+
+// Returns the largest move of a node, mm. effect_time: s that laws with a memory see pass.
+double AdmmSimulator::iterate_once(std::span<const PadInput> pads, double dt, double effect_time,
+                                   LocalStepResult* local) {
+  AdmmState& state = *state_;
+  const LocalStepResult result =
+      local_stage(*model_, state, *workspace_, effects_ ? effects_->deformations().data() : nullptr);
+  if (local != nullptr) *local = result;
+  if (!effects_) return global_stage(*model_, state, *workspace_, dt);
+  effects_->evaluate(*model_, state.domains, state.x, pads, effect_time, workspace_->threads);
+  effects_->add_stresses(*model_, workspace_->forces, workspace_->threads);
+  return global_stage(*model_, state, *workspace_, dt, &effects_->node_forces());
 }
 
 StepReport AdmmSimulator::step(const Observation& observation) noexcept {
@@ -98,13 +128,14 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
   report.finite = state_is_finite();
   if (report.finite) {
     last_finite_ = state_->x;
-    pad_forces(*workspace_, pad_forces_);
+    read_pad_forces(observation.pads);
   } else {
     // The last good answer is held; duals and velocity start again from it.
     state_->reset(*model_);
     state_->x = last_finite_;
     state_->x_previous = last_finite_;
     workspace_->held.forget_forces();
+    if (effects_) effects_->reset();
     if (filter_) filter_->reset();
   }
   return report;
@@ -123,14 +154,20 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   state.x_previous.swap(state.x);  // x_{n-1} <- x_n
   state.x = state.x_previous + extrapolate * (state.x_previous - state.x);
   for (int k = 0; k < iterations; ++k) {
-    const LocalStepResult local = local_stage(*model_, state, *workspace_);
-    report.dual_residual = global_stage(*model_, state, *workspace_, dt);
+    LocalStepResult local;
+    report.dual_residual = iterate_once(observation.pads, dt, dt, &local);
     report.primal_residual = local.primal;
     report.inverted = local.inverted;
     ++report.iterations;
     if (std::max(report.primal_residual, report.dual_residual) < options_.solver.tolerance) break;
   }
+  if (effects_) effects_->accept(state.x, observation.pads, dt, workspace_->threads);
   state.dt = dt;
+}
+
+void AdmmSimulator::read_pad_forces(std::span<const PadInput> pads) {
+  pad_forces(*workspace_, pad_forces_);
+  if (effects_) effects_->add_pad_forces(pads, pad_forces_);
 }
 
 // Markers that are older than the pads go on as the simulation has since.
@@ -152,9 +189,9 @@ void AdmmSimulator::correct(const Observation& observation, double dt, int frame
   Innovation innovation;
   if (filter_)
     innovation =
-        filter_->correct(markers_now_, marker_seen_, workspace_->held_pads, frames, state_->x, state_->x_previous);
+        filter_->correct(markers_now_, marker_seen_, workspace_->held_pads(), frames, state_->x, state_->x_previous);
   if (stiffness_filter_) {
-    pad_forces(*workspace_, pad_forces_);
+    read_pad_forces(observation.pads);
     innovation = stiffness_filter_->correct(markers_now_, marker_seen_, observation.pads, pad_forces_, dt, *state_);
   }
   report.markers_used = innovation.markers_used;
@@ -188,6 +225,7 @@ std::uint64_t AdmmSimulator::state_hash() const noexcept {
   hash.mix(state_->x.data(), state_->x.size());
   hash.mix(state_->x_previous.data(), state_->x_previous.size());
   for (const DomainState& domain : state_->domains) hash.mix(&domain.u[0][0], 9 * kLanes);
+  if (effects_) hash.mix(effects_->history().data(), static_cast<Eigen::Index>(effects_->history().size()));
   return hash.value();
 }
 

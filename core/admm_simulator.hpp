@@ -34,7 +34,10 @@ class AdmmSimulator final : public Simulator {
 
  private:
   void build(const Scene& scene, double time_step);
+  void read_pad_forces(std::span<const PadInput> pads);
   int steps_per_frame() const;
+  void settle();
+  double iterate_once(std::span<const PadInput> pads, double dt, double effect_time, LocalStepResult* local = nullptr);
   void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
   void bring_forward(const Observation& observation, StepReport& report);
   void correct(const Observation& observation, double dt, int frames, StepReport& report);
@@ -43,7 +46,9 @@ class AdmmSimulator final : public Simulator {
   SimulatorOptions options_;
   bool closed_loop_;
   double time_step_ = 0.0;
+  std::unique_ptr<Enrichment> enrichment_;  // null: no effects
   std::unique_ptr<Model> model_;
+  std::optional<EffectForces> effects_;
   std::optional<AdmmState> state_;
   std::optional<AdmmWorkspace> workspace_;
   std::optional<ModalBasis> basis_;                  // does not depend on the time step
@@ -53,6 +58,7 @@ class AdmmSimulator final : public Simulator {
   std::vector<Vec3> simulated_, markers_now_;  // (markers) mm: simulated; seen, brought forward to the newest pads
   std::vector<std::uint8_t> marker_seen_;      // (markers), as observed; none where they came too late
   NodeField last_finite_;
+  std::vector<PadInput> lifted_;  // (pads) none touches
   std::vector<Vec3> pad_forces_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/fem_law.hpp"
 #include "core/strain_domains.hpp"
 
 namespace tissued::core {
@@ -62,8 +63,9 @@ struct LocalStepResult {
 void reset_domain_states(std::vector<DomainState>& states);
 
 // Local step (10) for blocks [first, last): z = argmin Psi(z) + k/2 |Dx - z + u|^2 by singular values and Newton, then
-// u += Dx - z, then the corner forces of the global step. x: NodeField rows, mm.
+// u += Dx - z, then the corner forces of the global step. x: NodeField rows, mm. deformations: null, or where Dx of
+// every block goes.
 LocalStepResult local_step(const DomainBlocks& blocks, int first, int last, const double* x, DomainState* states,
-                           CornerForce* forces);
+                           CornerForce* forces, PointDeformation* deformations = nullptr);
 
 }  // namespace tissued::core

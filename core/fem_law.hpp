@@ -47,6 +47,9 @@ struct PointBatch {
 class FemLaw : public FemAdjustable {
  public:
   virtual std::string_view name() const = 0;
+  // True of a law about the change of volume: elements that average the volume elsewhere than the shape evaluate it
+  // there.
+  virtual bool on_volume() const { return false; }
   // Adds its energy and stress, and its tangent where `tangent`. A point with det F <= 0 whose energy is not defined
   // gets infinite energy and no stress. Called from several threads at once.
   virtual void add(const PointBatch& batch, const PointDeformation& deformation, bool tangent,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "core/effects/effect.hpp"
 #include "core/state_hash.hpp"
 
 namespace tissued::core {
@@ -14,6 +15,18 @@ namespace {
 constexpr double kTolerance = 1e-6;  // mm, where none was asked for
 
 int threads_of(int requested) { return requested > 0 ? requested : std::clamp(omp_get_num_procs(), 1, 8); }
+
+std::vector<FemEffect> fem_effects(const std::vector<EffectSetting>& settings) {
+  std::vector<FemEffect> effects;
+  for (const EffectSetting& setting : settings) effects.push_back(fem_effect(*setting.effect));
+  return effects;
+}
+
+// Fields that vary inside of an element want more points than the standard rule has.
+int quadrature_of(const SimulatorOptions& options) {
+  constexpr int kUsual = 0, kFine = 5;
+  return options.effects.empty() || options.fem.element == FemElement::p1 ? kUsual : kFine;
+}
 
 double furthest_held(const FemState& state) {
   double furthest = 0.0;
@@ -28,10 +41,12 @@ double furthest_held(const FemState& state) {
 }  // namespace
 
 FemSimulator::FemSimulator(const Scene& scene, const SimulatorOptions& options)
-    : model_(scene, FemOptions{options.fem.element, 0, MassMatrix::consistent, {}}),
+    : model_(adjusted(scene, options.effects), FemOptions{options.fem.element, quadrature_of(options),
+                                                          MassMatrix::consistent, fem_effects(options.effects)}),
       equilibrium_(model_, threads_of(options.solver.threads)),
       rest_(model_.rest()),
       time_step_(options.solver.time_step) {
+  for (const EffectSetting& setting : options.effects) set_effect(model_, *setting.effect, setting.values);
   control_.tolerance = options.solver.tolerance > 0.0 ? options.solver.tolerance : kTolerance;
   if (options.fem.dynamics) dynamics_.emplace(equilibrium_, *options.fem.dynamics, options.fem.damping);
   reset();
@@ -40,6 +55,11 @@ FemSimulator::FemSimulator(const Scene& scene, const SimulatorOptions& options)
 void FemSimulator::reset() {
   state_ = rest_state(model_);
   equilibrium_.forget_factor();
+  // Under its own weight, before anything is recorded.
+  if (!model_.scene().gravity.isZero()) {
+    const std::vector<PadInput> lifted(model_.scene().pads.size());
+    solve_static(equilibrium_, state_, {lifted, nullptr}, control_, 0.0);
+  }
   publish({});
 }
 

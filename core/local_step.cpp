@@ -171,7 +171,7 @@ HWY_INLINE void store_corner_forces(D d, const DomainBlock& block, const DomainC
 }
 
 LocalStepResult LocalStep(const DomainBlocks& blocks, int first, int last, const double* x, DomainState* states,
-                          CornerForce* forces) {
+                          CornerForce* forces, PointDeformation* deformations) {
   const D d;
   V primal = hn::Zero(d);
   LocalStepResult result;
@@ -181,6 +181,7 @@ LocalStepResult LocalStep(const DomainBlocks& blocks, int first, int last, const
     DomainState& state = states[index];
     alignas(64) double gradients[9][kLanes];
     deformation_gradients(d, block, corners, x, gradients);
+    if (deformations != nullptr) std::memcpy(deformations[index].f, gradients, sizeof gradients);
     for (int lane = 0; lane < kLanes; lane += static_cast<int>(hn::Lanes(d))) {
       Matrix f, p, v, u;
       for (int i = 0; i < 9; ++i) {
@@ -231,8 +232,8 @@ HWY_AFTER_NAMESPACE();
 namespace tissued::core {
 HWY_EXPORT(LocalStep);
 LocalStepResult local_step(const DomainBlocks& blocks, int first, int last, const double* x, DomainState* states,
-                           CornerForce* forces) {
-  return HWY_DYNAMIC_DISPATCH(LocalStep)(blocks, first, last, x, states, forces);
+                           CornerForce* forces, PointDeformation* deformations) {
+  return HWY_DYNAMIC_DISPATCH(LocalStep)(blocks, first, last, x, states, forces, deformations);
 }
 }  // namespace tissued::core
 #endif

@@ -142,7 +142,8 @@ void MarkerFilter::choose_pattern(std::span<const std::uint8_t> seen, std::span<
     variances_[rows_used_++] = marker_variance_;
   }
   for (int k = 0; k < model_.holdable().count(); ++k) {
-    if (!held_pads[model_.holdable().group[k]]) continue;
+    const auto group = static_cast<std::size_t>(model_.holdable().group[k]);
+    if (group < held_pads.size() && !held_pads[group]) continue;  // beyond pads: the support
     observed_.row(rows_used_) = pad_rows_.row(k);
     variances_[rows_used_++] = kPadNoise * kPadNoise;
   }

@@ -41,21 +41,74 @@ std::vector<std::vector<double>> shares_of_pads(const Scene& scene, const std::v
   return shares;
 }
 
+std::vector<StrainDomain> domains_of(const Scene& scene, Element element, double weight_scale, double time_step,
+                                     const Enrichment* enrichment) {
+  std::vector<StrainDomain> domains = strain_domains(scene.mesh, scene.material, element);
+  if (enrichment == nullptr) return domains;
+  // A damping stress is beta / dt times as stiff as the body, and the weights must be stiffer.
+  const double damped = 1.0 + enrichment->damping().stiffness / (time_step * weight_scale);
+  for (StrainDomain& domain : domains) {
+    const double factor = enrichment->factor(domain);
+    domain.shear_modulus *= factor;
+    domain.bulk_modulus *= factor;
+    domain.stiffness *= factor * damped;
+  }
+  return domains;
+}
+
+Eigen::VectorXd masses_of(const Scene& scene, const Enrichment* enrichment) {
+  Eigen::VectorXd masses = lumped_masses(scene.mesh, scene.material.density);
+  if (enrichment != nullptr) masses += enrichment->added_masses();
+  return masses;
+}
+
+// With what drags: M (1 + alpha dt), so that the global step is as stiff as what it steps.
+Eigen::VectorXd inertia_of(const Eigen::VectorXd& masses, double mass_damping, double time_step) {
+  return mass_damping > 0.0 ? Eigen::VectorXd(masses * (1.0 + mass_damping * time_step)) : masses;
+}
+
 }  // namespace
 
-Model::Model(const Scene& scene, Element element, double weight_scale, double time_step)
+// Nodes of a support or a pad that terms stand in for are held where the terms are stiffer than the ADMM weights, and
+// left to the terms where they are not.
+Model::Hold Model::hold_of(const Enrichment* enrichment) const {
+  Hold hold{nodes_of(surface_of(scene_.mesh, scene_.fixed_surface, "the support")), pad_nodes_, {}};
+  if (enrichment == nullptr || (enrichment->support_holds() && enrichment->pads_hold())) return hold;
+  const Eigen::VectorXd weights = laplacian_.diagonal();
+  hold.axes.resize(hold.groups.size());
+  if (!enrichment->pads_hold())
+    for (std::size_t p = 0; p < pad_nodes_.size(); ++p) hold.axes[p] = enrichment->held_axes(pad_nodes_[p], weights);
+  if (enrichment->support_holds()) return hold;
+  const std::vector<int> support = std::move(hold.fixed);
+  const std::vector<HeldAxes> axes = enrichment->held_axes(support, weights);
+  hold.fixed.clear();
+  hold.groups.emplace_back();
+  hold.axes.emplace_back();
+  for (std::size_t k = 0; k < support.size(); ++k) {
+    if (axes[k].count == 3) {
+      hold.fixed.push_back(support[k]);
+    } else {
+      hold.groups.back().push_back(support[k]);
+      hold.axes.back().push_back(axes[k]);
+    }
+  }
+  return hold;
+}
+
+Model::Model(const Scene& scene, Element element, double weight_scale, double time_step, const Enrichment* enrichment)
     : scene_(checked(scene)),
       element_(element),
       weight_scale_(weight_scale),
-      masses_(lumped_masses(scene_.mesh, scene_.material.density)),
-      domains_(strain_domains(scene_.mesh, scene_.material, element)),
+      masses_(masses_of(scene_, enrichment)),
+      mass_damping_(enrichment == nullptr ? 0.0 : enrichment->damping().mass),
+      domains_(domains_of(scene_, element, weight_scale, time_step, enrichment)),
       blocks_(make_domain_blocks(domains_, weight_scale)),
       laplacian_(weighted_laplacian(scene_.mesh.node_count(), domains_, weight_scale)),
-      fixed_nodes_(nodes_of(surface_of(scene_.mesh, scene_.fixed_surface, "the support"))),
       pad_nodes_(nodes_of_pads(scene_)),
       pad_shares_(shares_of_pads(scene_, pad_nodes_)),
-      system_(laplacian_, blocks_, masses_, fixed_nodes_, time_step),
-      holdable_(system_.factor(), system_.free_index(), pad_nodes_),
+      hold_(hold_of(enrichment)),
+      system_(laplacian_, blocks_, inertia_of(masses_, mass_damping_, time_step), hold_.fixed, time_step),
+      holdable_(system_.factor(), system_.free_index(), hold_.groups, hold_.axes),
       marker_points_(points_of_markers(scene_)),
       target_points_(points_of_targets(scene_)),
       rest_(NodeField::Zero(scene_.mesh.node_count(), 4)) {

@@ -35,6 +35,22 @@ void put_point(const Model& model, const MaterialPoint& point, int column, Eigen
       for (int axis = 0; axis < 3; ++axis) right(3 * free + axis, column + axis) += point.weights[a];
 }
 
+// Nodes of a support that is partly loose: as good as held along their axes.
+void add_support(const Model& model, std::vector<Eigen::Triplet<double>>& entries) {
+  constexpr double kFirm = 1e3;  // of the ADMM weights, which are stiffer than the body
+  const HoldableNodes& holdable = model.holdable();
+  for (int k = 0; k < holdable.count(); ++k) {
+    if (static_cast<std::size_t>(holdable.group[k]) < model.pad_nodes().size()) continue;
+    const int row = 3 * model.system().free_index()[holdable.node[k]];
+    const double firm = kFirm * model.laplacian().coeff(holdable.node[k], holdable.node[k]);
+    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> axes =
+        holdable.axes[k].axes.leftCols(holdable.axes[k].count);
+    const Mat3 spring = firm * axes * axes.transpose();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j <= i; ++j) entries.emplace_back(row + i, row + j, spring(i, j));
+  }
+}
+
 }  // namespace
 
 SparseMatrix rest_tangent(const Model& model) {
@@ -55,6 +71,7 @@ SparseMatrix rest_tangent(const Model& model) {
       }
     }
   }
+  add_support(model, entries);
   const int size = 3 * model.system().free_count();
   SparseMatrix lower(size, size);
   lower.setFromTriplets(entries.begin(), entries.end());

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/effects/effect_setting.hpp"
 #include "core/fem_mesh.hpp"
 #include "core/fem_time_scheme.hpp"
 #include "core/pad_input.hpp"
@@ -58,6 +59,7 @@ struct SimulatorOptions {
   SolverOptions solver;          // of fem: tolerance, time_step and threads
   FilterOptions filter;
   FemSimulatorOptions fem;
+  std::vector<EffectSetting> effects;  // physics beyond the scene's
 };
 
 // One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], markers[i].

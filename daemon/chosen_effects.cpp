@@ -67,9 +67,9 @@ std::vector<std::string> take_effect_settings(const std::vector<std::string>& ki
   return taken;
 }
 
-std::vector<ChosenEffect> choose_effects(const core::Scene& scene, const std::vector<std::string>& kinds,
-                                         const std::vector<std::string>& settings) {
-  std::vector<ChosenEffect> chosen;
+std::vector<core::EffectSetting> choose_effects(const core::Scene& scene, const std::vector<std::string>& kinds,
+                                                const std::vector<std::string>& settings) {
+  std::vector<core::EffectSetting> chosen;
   std::set<std::string> seen;
   for (const std::string& kind : kinds) {
     const core::Effect* effect = core::find_effect(kind);
@@ -85,9 +85,9 @@ std::vector<ChosenEffect> choose_effects(const core::Scene& scene, const std::ve
   return chosen;
 }
 
-nlohmann::json effects_json(const std::vector<ChosenEffect>& effects) {
+nlohmann::json effects_json(const std::vector<core::EffectSetting>& effects) {
   nlohmann::json list = nlohmann::json::array();
-  for (const ChosenEffect& chosen : effects) {
+  for (const core::EffectSetting& chosen : effects) {
     nlohmann::json numbers = nlohmann::json::object();
     for (std::size_t k = 0; k < chosen.values.size(); ++k)
       numbers[chosen.effect->parameters()[k].name] = chosen.values[k];

@@ -8,12 +8,6 @@
 
 namespace tissued::daemon {
 
-/// An effect that was asked for on the command line, with all of its numbers.
-struct ChosenEffect {
-  const core::Effect* effect;
-  std::vector<double> values;  ///< beside effect->parameters()
-};
-
 /// The kinds that --effect knows.
 std::vector<std::string> effect_kinds();
 
@@ -24,10 +18,10 @@ std::vector<std::string> take_effect_settings(const std::vector<std::string>& ki
 
 /// At what is neutral in the scene but for the settings. Throws UsageError: no such kind or number, given twice, out of
 /// its bounds.
-std::vector<ChosenEffect> choose_effects(const core::Scene& scene, const std::vector<std::string>& kinds,
-                                         const std::vector<std::string>& settings);
+std::vector<core::EffectSetting> choose_effects(const core::Scene& scene, const std::vector<std::string>& kinds,
+                                                const std::vector<std::string>& settings);
 
 /// Kind, sentence and numbers of each.
-nlohmann::json effects_json(const std::vector<ChosenEffect>& effects);
+nlohmann::json effects_json(const std::vector<core::EffectSetting>& effects);
 
 }  // namespace tissued::daemon

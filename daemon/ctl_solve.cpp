@@ -129,7 +129,7 @@ void write_curve(const std::string& path, const std::vector<core::StaticIteratio
 nlohmann::json vector_json(const core::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 nlohmann::json answer_json(const core::Scene& scene, const std::vector<core::PadInput>& inputs,
-                           const StaticAnswer& answer, const std::vector<ChosenEffect>& effects) {
+                           const StaticAnswer& answer, const std::vector<core::EffectSetting>& effects) {
   nlohmann::json pads = nlohmann::json::object(), displacement = nlohmann::json::object();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (inputs[i].kind == core::PadInput::Kind::absent) continue;
@@ -179,7 +179,7 @@ void check_model(const SolveArguments& arguments) {
 }
 
 StaticAnswer solve(const SolveArguments& arguments, const core::Scene& scene, const std::vector<core::PadInput>& inputs,
-                   const std::vector<ChosenEffect>& effects) {
+                   const std::vector<core::EffectSetting>& effects) {
   if (is_fem(arguments)) {
     FemRun run = arguments.fem;
     run.effects = effects;
@@ -206,14 +206,14 @@ int run_solve(SolveArguments arguments) {
   const std::map<std::string, double> pushes = parse_pushes(arguments.pushes);
   const std::vector<std::string> settings = take_effect_settings(arguments.effects, arguments.overrides);
   const core::Scene scene = load_static_scene(arguments);
-  const std::vector<ChosenEffect> effects = choose_effects(scene, arguments.effects, settings);
+  const std::vector<core::EffectSetting> effects = choose_effects(scene, arguments.effects, settings);
   const std::vector<core::PadInput> inputs = pad_inputs(scene, pushes);
   const StaticAnswer answer = solve(arguments, scene, inputs, effects);
   if (!arguments.out.empty()) write_answer(arguments.out, scene, answer);
   if (arguments.json) {
     std::puts(answer_json(scene, inputs, answer, effects).dump(1).c_str());
   } else {
-    for (const ChosenEffect& chosen : effects) std::printf("%s\n", chosen.effect->sentence(chosen.values).c_str());
+    for (const core::EffectSetting& chosen : effects) std::printf("%s\n", chosen.effect->sentence(chosen.values).c_str());
     print_answer(scene, inputs, answer);
   }
   if (answer.converged) return kSuccess;

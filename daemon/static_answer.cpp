@@ -99,9 +99,9 @@ StaticAnswer answer_of_admm(const core::Scene& scene, std::span<const core::PadI
 StaticAnswer answer_of_fem(const core::Scene& scene, std::span<const core::PadInput> pads, const FemRun& run) {
   core::FemOptions options;
   options.element = run.element;
-  for (const ChosenEffect& chosen : run.effects) options.effects.push_back(core::fem_effect(*chosen.effect));
+  for (const core::EffectSetting& chosen : run.effects) options.effects.push_back(core::fem_effect(*chosen.effect));
   core::FemModel model(scene, options);
-  for (const ChosenEffect& chosen : run.effects) core::set_effect(model, *chosen.effect, chosen.values);
+  for (const core::EffectSetting& chosen : run.effects) core::set_effect(model, *chosen.effect, chosen.values);
   core::FemEquilibrium equilibrium(model, run.threads);
   core::FemState state = core::rest_state(model);
   core::FemControl control;

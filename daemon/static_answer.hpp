@@ -35,7 +35,7 @@ struct FemRun {
   double duration = 0.0;    ///< s that the pads travel, with inertia; 0: quasi-static
   double time_step = 0.01;  ///< s, of generalized-alpha
   double hold = 0.0;        ///< s that the pads stay before the answer is read; for effects with memory
-  std::vector<ChosenEffect> effects;
+  std::vector<core::EffectSetting> effects;
   int threads = 2;
 };
 

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/effects/effect_setting.hpp"
 #include "core/fem_model.hpp"
 
 namespace tissued::core {
@@ -53,6 +54,8 @@ class Effect {
   // Adds laws, terms, fields, masses, or releases nodes, at neutral(scene). FemModel::set_parameter then knows every
   // parameter as kind.name, e.g. viscoelasticity.g1. Effects may be added together, in any order.
   virtual void add_to(const Scene& scene, const FemMesh& mesh, FemPhysics& physics) const = 0;
+  // Sets those numbers of the scene itself that the effect is about, so that every simulator knows them.
+  virtual void adjust(Scene&, std::span<const double>) const {}
   // True where answers depend on the path that led to them; solves then need their time step.
   virtual bool has_history() const { return false; }
   // True where only inertia shows it: solve with FemDynamics.
@@ -66,6 +69,8 @@ const Effect* find_effect(std::string_view kind);
 
 // For FemOptions::effects.
 FemEffect fem_effect(const Effect& effect);
+// The scene with what effects change of its own numbers.
+Scene adjusted(const Scene& scene, std::span<const EffectSetting> settings);
 // What FemModel::set_parameter calls the parameter: kind.name.
 std::string model_parameter(const Effect& effect, const EffectParameter& parameter);
 // Sets all of the effect's numbers. Throws ModelError where one is out of its bounds.

@@ -59,6 +59,12 @@ FemEffect fem_effect(const Effect& effect) {
       [&effect](const Scene& scene, const FemMesh& mesh, FemPhysics& physics) { effect.add_to(scene, mesh, physics); };
 }
 
+Scene adjusted(const Scene& scene, std::span<const EffectSetting> settings) {
+  Scene out = scene;
+  for (const EffectSetting& setting : settings) setting.effect->adjust(out, setting.values);
+  return out;
+}
+
 std::string model_parameter(const Effect& effect, const EffectParameter& parameter) {
   return std::string(effect.kind()) + "." + parameter.name;
 }

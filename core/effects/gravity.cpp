@@ -28,6 +28,9 @@ class GravityEffect final : public Effect {
     return {scene.gravity.x(), scene.gravity.y(), scene.gravity.z()};
   }
   std::vector<std::vector<double>> starts(const Scene& scene) const override { return {neutral(scene)}; }
+  void adjust(Scene& scene, std::span<const double> values) const override {
+    scene.gravity = {values[0], values[1], values[2]};
+  }
   void add_to(const Scene&, const FemMesh&, FemPhysics& physics) const override {
     physics.other_names["gravity.gravity.x"] = "gravity_x";
     physics.other_names["gravity.gravity.y"] = "gravity_y";

@@ -26,6 +26,9 @@ class Parameters final : public Effect {
   std::vector<double> neutral(const Scene& scene) const override {
     return {scene.material.youngs_modulus, scene.material.poissons_ratio, scene.material.density};
   }
+  void adjust(Scene& scene, std::span<const double> values) const override {
+    scene.material = {values[0], values[1], values[2]};
+  }
   void add_to(const Scene&, const FemMesh&, FemPhysics& physics) const override {
     for (const EffectParameter& parameter : parameters())
       physics.other_names[model_parameter(*this, parameter)] = parameter.name;

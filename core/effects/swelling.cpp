@@ -19,6 +19,7 @@ class Growth final : public WithNumbers<FemLaw> {
  public:
   using WithNumbers::WithNumbers;
   std::string_view name() const override { return "swelling"; }
+  bool on_volume() const override { return true; }
   int history_per_point() const override { return 1; }
 
   void add(const PointBatch& batch, const PointDeformation& deformation, bool tangent,

@@ -144,6 +144,7 @@ TEST_CASE("the same frames give the same bits, with one thread, with two, and ag
   const Scene scene = box_scene({4, 3, 2, 10.0});
   SimulatorOptions one = options_of(kind, scheme);
   one.solver.iterations = 4;
+  if (GENERATE(false, true)) one.effects = many_effects(scene);
   SimulatorOptions two = one;
   two.solver.threads = 2;
   const auto simulator = make_simulator(scene, one), again = make_simulator(scene, one),

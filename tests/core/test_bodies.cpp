@@ -5,6 +5,8 @@
 #include <iterator>
 #include <numeric>
 
+#include "core/effects/effect.hpp"
+
 namespace tissued::core::testing {
 
 double symmetric_random(std::mt19937& generator) {
@@ -111,6 +113,17 @@ Scene box_scene(const BoxSize& size, int markers) {
     scene.targets.push_back(
         {std::string("T").append(std::to_string(t)), extent.cwiseProduct(Vec3(0.3 + 0.17 * t, 0.52, 0.71 - 0.13 * t))});
   return scene;
+}
+
+std::vector<EffectSetting> many_effects(const Scene& scene) {
+  std::vector<EffectSetting> settings;
+  for (const char* kind :
+       {"viscoelasticity", "softening", "skin", "inclusion", "gravity", "loose-base", "sliding-actuator"}) {
+    const Effect* effect = find_effect(kind);
+    settings.push_back({effect, effect->starts(scene).front()});
+  }
+  settings[4].values = {0.0, 0.3, -0.3};
+  return settings;
 }
 
 std::vector<int> shared_nodes(const TetMesh& mesh, const std::string& one, const std::string& other) {
