@@ -176,6 +176,7 @@ std::vector<std::string> select_markers(const Document& document, Bundle& bundle
 DaemonConfig read_config(const Document& document, const fs::path& folder) {
   DaemonConfig config;
   config.source = document.source();
+  config.model = document.value<std::string>("/model", "");
   config.bundle = load_bundle(folder);
   config.unused_markers = select_markers(document, config.bundle);
   override_assumptions(document, config.bundle.scene);
@@ -192,7 +193,9 @@ DaemonConfig read_config(const Document& document, const fs::path& folder) {
 
 DaemonConfig load_daemon_config(const fs::path& path, std::span<const std::string> overrides) {
   const Document document(read_json(path), path.string(), overrides, config_schema());
-  return read_config(document, path.parent_path() / document.value<std::string>("/bundle", ""));
+  DaemonConfig config = read_config(document, path.parent_path() / document.value<std::string>("/bundle", ""));
+  if (!config.model.empty()) config.model = path.parent_path() / config.model;
+  return config;
 }
 
 DaemonConfig config_for_bundle(const fs::path& folder, std::span<const std::string> overrides) {

@@ -46,13 +46,18 @@ struct StalenessConfig {
 enum class LogLevel { trace, debug, info, warn, error, critical, off };
 
 struct DaemonConfig {
-  std::string source;  // the file, or the bundle's folder where there was no file; for messages
-  Bundle bundle;       // material and gravity overridden; scene.markers are the selected ones only, in bundle order
+  std::string source;           // the file, or the bundle's folder where there was no file; for messages
+  std::filesystem::path model;  // what a diagnosis found, see daemon/explained_model.hpp; empty: as the bundle has it
+  Bundle bundle;  // material and gravity overridden; scene.markers are the selected ones only, in bundle order
   std::vector<std::string> unused_markers;  // known to the bundle, not selected: expected from the tracker, not used
   TrackerConfig tracker;
   ClientsConfig clients;
   core::SimulatorOptions simulator;  // solver.time_step is filled: 1/rate where none was given
   RegistrationConfig registration;
+  // What is known to be wrong of the tracker: markers arrive `marker_delay` s later than pads, and are to be taken for
+  // where this, from tracker to tracker coordinates, puts them.
+  double marker_delay = 0.0;
+  core::RigidTransform marker_correction;
   StalenessConfig staleness;
   LogLevel log_level = LogLevel::warn;
 };

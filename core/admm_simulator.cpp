@@ -14,6 +14,10 @@ constexpr double kSettledMove = 0.1;  // mm; what `converged` means, however ear
 constexpr int kAllModesUpTo = 1200;   // free nodes; beyond, the dense eigenproblem takes minutes
 constexpr int kModesOfLargeMesh = 300;
 
+// Iterations after which laws are evaluated anew: they cost as much as several local steps and change little in one. A
+// damping stress must follow every move.
+int effects_every(const Enrichment& enrichment) { return enrichment.damping().stiffness > 0.0 ? 1 : 3; }
+
 int modes_for(const Model& model, int requested) {
   if (requested > 0) return requested;
   return model.system().free_count() <= kAllModesUpTo ? 0 : kModesOfLargeMesh;
@@ -23,7 +27,10 @@ int modes_for(const Model& model, int requested) {
 
 AdmmSimulator::AdmmSimulator(const Scene& scene, const SimulatorOptions& options, bool closed_loop)
     : options_(options), closed_loop_(closed_loop) {
-  if (!options.effects.empty()) enrichment_ = std::make_unique<Enrichment>(scene, options.effects);
+  if (!options.effects.empty()) {
+    enrichment_ = std::make_unique<Enrichment>(scene, options.effects);
+    effects_every_ = effects_every(*enrichment_);
+  }
   build(enrichment_ ? enrichment_->scene() : scene, options.solver.time_step);
   settle();
 }
@@ -87,21 +94,22 @@ void AdmmSimulator::settle() {
   if (!model_->acceleration().isZero()) {
     begin_step(*model_, *state_, *workspace_, lifted_, kQuasiStatic, kPadLimit);
     double move = 1.0;
-    for (int k = 0; k < kMostIterations && move > kSettled; ++k) move = iterate_once(lifted_, kQuasiStatic, 0.0);
+    for (int k = 0; k < kMostIterations && move > kSettled; ++k) move = iterate_once(lifted_, kQuasiStatic, 0.0, true);
     state_->x_previous = state_->x;
   }
   last_finite_ = state_->x;
 }
 
-// Returns the largest move of a node, mm. effect_time: s that laws with a memory see pass.
-double AdmmSimulator::iterate_once(std::span<const PadInput> pads, double dt, double effect_time,
+// Returns the largest move of a node, mm. effect_time: s that laws with a memory see pass. anew: their forces are
+// evaluated, else those of an earlier iteration stay.
+double AdmmSimulator::iterate_once(std::span<const PadInput> pads, double dt, double effect_time, bool anew,
                                    LocalStepResult* local) {
   AdmmState& state = *state_;
   const LocalStepResult result =
       local_stage(*model_, state, *workspace_, effects_ ? effects_->deformations().data() : nullptr);
   if (local != nullptr) *local = result;
   if (!effects_) return global_stage(*model_, state, *workspace_, dt);
-  effects_->evaluate(*model_, state.domains, state.x, pads, effect_time, workspace_->threads);
+  if (anew) effects_->evaluate(*model_, state.domains, state.x, pads, effect_time, workspace_->threads);
   effects_->add_stresses(*model_, workspace_->forces, workspace_->threads);
   return global_stage(*model_, state, *workspace_, dt, &effects_->node_forces());
 }
@@ -155,7 +163,7 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   state.x = state.x_previous + extrapolate * (state.x_previous - state.x);
   for (int k = 0; k < iterations; ++k) {
     LocalStepResult local;
-    report.dual_residual = iterate_once(observation.pads, dt, dt, &local);
+    report.dual_residual = iterate_once(observation.pads, dt, dt, k % effects_every_ == 0, &local);
     report.primal_residual = local.primal;
     report.inverted = local.inverted;
     ++report.iterations;

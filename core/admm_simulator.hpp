@@ -37,7 +37,8 @@ class AdmmSimulator final : public Simulator {
   void read_pad_forces(std::span<const PadInput> pads);
   int steps_per_frame() const;
   void settle();
-  double iterate_once(std::span<const PadInput> pads, double dt, double effect_time, LocalStepResult* local = nullptr);
+  double iterate_once(std::span<const PadInput> pads, double dt, double effect_time, bool anew,
+                      LocalStepResult* local = nullptr);
   void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
   void bring_forward(const Observation& observation, StepReport& report);
   void correct(const Observation& observation, double dt, int frames, StepReport& report);
@@ -49,6 +50,7 @@ class AdmmSimulator final : public Simulator {
   std::unique_ptr<Enrichment> enrichment_;  // null: no effects
   std::unique_ptr<Model> model_;
   std::optional<EffectForces> effects_;
+  int effects_every_ = 1;  // iterations
   std::optional<AdmmState> state_;
   std::optional<AdmmWorkspace> workspace_;
   std::optional<ModalBasis> basis_;                  // does not depend on the time step

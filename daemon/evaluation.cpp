@@ -5,6 +5,7 @@
 #include <set>
 
 #include "daemon/ctl_options.hpp"
+#include "daemon/explained_model.hpp"
 #include "daemon/job_pool.hpp"
 #include "daemon/scene_loader.hpp"
 
@@ -38,6 +39,7 @@ Setup make_setup(const std::string& folder, const EvaluationRequest& request, co
   overrides.push_back("markers=" + marker_set);
   overrides.emplace_back("simulator.threads=1");
   setup.config = config::config_for_bundle(folder, overrides);
+  apply_model(setup.config);
   setup.scene = load_scene(setup.config.bundle);
   return setup;
 }

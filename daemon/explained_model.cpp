@@ -174,4 +174,32 @@ ExplainedModel read_model(const std::filesystem::path& path, const core::Scene& 
   return ModelReader(path, scene).read();
 }
 
+void apply_model(config::DaemonConfig& config) {
+  if (config.model.empty()) return;
+  core::Scene& scene = config.bundle.scene;
+  core::Scene all = scene;
+  for (const std::string& name : config.unused_markers) all.markers.push_back({name, core::Vec3::Zero()});
+  const ExplainedModel model = read_model(config.model, all);
+  const core::Fit& fit = model.candidate.best();
+  core::Material& material = scene.material;
+  for (const auto& [name, number] :
+       {std::pair{"youngs_modulus", &material.youngs_modulus}, std::pair{"poissons_ratio", &material.poissons_ratio},
+        std::pair{"density", &material.density}})
+    if (fit.has(name)) *number = fit.value(name);
+  for (const core::Effect* effect : model.candidate.hypothesis.effects) {
+    core::EffectSetting setting{effect, {}};
+    for (const core::EffectParameter& parameter : effect->parameters())
+      setting.values.push_back(fit.value(core::model_parameter(*effect, parameter)));
+    config.simulator.effects.push_back(std::move(setting));
+  }
+  const core::MeasurementFaults faults = core::faults_of(model.candidate.hypothesis, fit.unknowns);
+  config.marker_delay = faults.latency;
+  const core::RigidTransform& tissue_from_tracker = config.bundle.tissue_from_tracker;
+  const core::RigidTransform back = core::misplaced(faults).inverse(), to_tracker = tissue_from_tracker.inverse();
+  config.marker_correction.rotation = to_tracker.rotation * back.rotation * tissue_from_tracker.rotation;
+  config.marker_correction.translation = to_tracker(back(tissue_from_tracker(core::Vec3::Zero())));
+  for (const core::SlippedMarker& slip : faults.slips)
+    if (static_cast<std::size_t>(slip.marker) < scene.markers.size()) scene.markers[slip.marker].rest += slip.shift;
+}
+
 }  // namespace tissued::daemon

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "config/daemon_config.hpp"
 #include "core/diagnosis/diagnosis.hpp"
 
 namespace tissued::daemon {
@@ -19,5 +20,9 @@ void write_model(const core::Diagnosis& diagnosis, const core::Scene& scene, con
 /// Reads what write_model writes, for a scene of the same markers. Throws config::ConfigError, which names file, key
 /// and limit.
 ExplainedModel read_model(const std::filesystem::path& path, const core::Scene& scene);
+
+/// Makes a configuration that names a model simulate it: material, effects, and the faults of the measurement to undo.
+/// Nothing where it names none. Throws as read_model.
+void apply_model(config::DaemonConfig& config);
 
 }  // namespace tissued::daemon

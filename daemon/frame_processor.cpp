@@ -26,9 +26,11 @@ core::Mat3 rotation_of(const protocol::TrackedObject& object) {
       .toRotationMatrix();
 }
 
-std::vector<core::Vec3> rest_positions(const core::Scene& scene) {
+// Where the simulation has the markers before anything is recorded: under the body's weight, where it has one.
+std::vector<core::Vec3> rest_positions(const core::Simulator& simulator) {
   std::vector<core::Vec3> rest;
-  for (const auto& marker : scene.markers) rest.push_back(marker.rest);
+  for (std::size_t i = 0; i < simulator.scene().markers.size(); ++i)
+    rest.push_back(simulator.marker(static_cast<int>(i)));
   return rest;
 }
 
@@ -53,11 +55,13 @@ FrameProcessor::FrameProcessor(core::Simulator& simulator, const config::DaemonC
       clock_(simulator.time_step()),
       pads_(simulator.scene().pads, config.registration.rest_tolerance, config.registration.placement_sd,
             config.registration.fit),
-      calibration_(rest_positions(simulator.scene()), config.registration.placement_sd, simulator.scene().marker_noise,
+      calibration_(rest_positions(simulator), config.registration.placement_sd, simulator.scene().marker_noise,
                    config.bundle.tissue_from_tracker, config.registration.fit),
       fit_(config.registration.fit),
       rest_frames_(config.registration.rest_frames),
-      closed_loop_(config.simulator.kind == "kf-admm") {
+      closed_loop_(config.simulator.kind == "kf-admm"),
+      marker_delay_(config.marker_delay),
+      marker_correction_(config.marker_correction) {
   const core::Scene& scene = simulator.scene();
   require_at_most(kMaxMarkers, scene.markers.size(), "markers");
   require_at_most(kMaxPads, scene.pads.size(), "pads");
@@ -81,7 +85,7 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   const core::StepReport report = simulator_.step(observation_);
   const std::uint64_t step_time_ns = monotonic_ns() - begin_ns;
   counters_.add(Count::frames_stepped);
-  if (observation_.marker_age > 0.0) {
+  if (late_) {
     const auto too_late = static_cast<std::uint64_t>(report.markers_too_late);
     counters_.add(Count::markers_too_late, too_late);
     counters_.add(Count::delayed_markers, static_cast<std::uint64_t>(markers_fed_) - too_late);
@@ -112,7 +116,7 @@ std::uint64_t FrameProcessor::read_markers(const Markers& markers) {
   for (const auto& marker : markers) {
     const NameEntry entry = names_.find(marker.name);
     if (entry.kind == Kind::marker && !marker.occluded) {
-      seen_.markers[entry.index] = to_vec3(marker.position);
+      seen_.markers[entry.index] = marker_correction_(to_vec3(marker.position));
       seen_.marker_seen[entry.index] = 1;
       ++seen_.marker_count;
     }
@@ -122,13 +126,15 @@ std::uint64_t FrameProcessor::read_markers(const Markers& markers) {
 }
 
 void FrameProcessor::read_late_markers(const protocol::TrackerFrame& frame) {
-  observation_.marker_age = 0.0;
+  observation_.marker_age = marker_delay_;
+  late_ = false;
   if (seen_.marker_count > 0 || frame.late.markers.empty() || frame.after_restart) return;
   read_markers(frame.late.markers);
+  late_ = true;
   if (frame.stamp_ns && frame.late.stamp_ns && *frame.stamp_ns >= *frame.late.stamp_ns) {
-    observation_.marker_age = static_cast<double>(*frame.stamp_ns - *frame.late.stamp_ns) * 1e-9;
+    observation_.marker_age += static_cast<double>(*frame.stamp_ns - *frame.late.stamp_ns) * 1e-9;
   } else {
-    observation_.marker_age = (frame.frame_number - frame.late.frame_number) * clock_.period();
+    observation_.marker_age += (frame.frame_number - frame.late.frame_number) * clock_.period();
   }
 }
 

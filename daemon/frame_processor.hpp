@@ -69,9 +69,12 @@ class FrameProcessor {
   PadTracker pads_;
   RestGate rest_gate_;
   core::RestCalibration calibration_;
-  bool fit_;          // the registration is found from markers at rest
-  int rest_frames_;   // averaged at most
-  bool closed_loop_;  // the simulator corrects itself by markers
+  bool fit_;                                // the registration is found from markers at rest
+  int rest_frames_;                         // averaged at most
+  bool closed_loop_;                        // the simulator corrects itself by markers
+  double marker_delay_;                     // s by which markers are older than their frame says
+  core::RigidTransform marker_correction_;  // tracker to tracker
+  bool late_ = false;                       // the markers of this frame are those of an earlier one
   Seen seen_;
   core::Observation observation_;
   int markers_fed_ = 0;

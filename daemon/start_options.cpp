@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "daemon/explained_model.hpp"
 #include "daemon/version.hpp"
 
 namespace tissued::daemon {
@@ -15,6 +16,9 @@ void declare_options(CLI::App& app, StartOptions& options) {
       ->type_name("DIR");
   source->add_flag("--print-schema", options.print_schema, "Print the configuration's JSON Schema and exit");
   source->require_option(1);
+  app.add_option("--model", options.model_file,
+                 "model.json of `tissuectl diagnose`: simulate the physics that it found")
+      ->type_name("FILE");
   app.add_option("--set", options.overrides,
                  "Override a key of the configuration, e.g. material.poissons_ratio=0.42; may be repeated")
       ->type_name("KEY=VALUE")
@@ -35,6 +39,8 @@ config::DaemonConfig load_config(const StartOptions& options) {
   config::DaemonConfig config = options.bundle_folder.empty()
                                     ? config::load_daemon_config(options.config_file, overrides)
                                     : config::config_for_bundle(options.bundle_folder, overrides);
+  if (!options.model_file.empty()) config.model = options.model_file;
+  apply_model(config);
   if (options.tracker_port) config.tracker.port = *options.tracker_port;
   if (options.client_port) config.clients.port = *options.client_port;
   return config;

@@ -17,6 +17,7 @@ namespace tissued::daemon {
 struct StartOptions {
   std::string config_file;
   std::string bundle_folder;
+  std::string model_file;
   std::vector<std::string> overrides;  ///< `key=value`, of the configuration
   std::optional<std::uint16_t> tracker_port;
   std::optional<std::uint16_t> client_port;
@@ -29,7 +30,7 @@ struct StartOptions {
 /// Declares the command line; `options` is filled when it is parsed and must live until then.
 void declare_options(CLI::App& app, StartOptions& options);
 
-/// The configuration as the command line leaves it. Throws config::ConfigError.
+/// The configuration as the command line leaves it, its model applied. Throws config::ConfigError.
 config::DaemonConfig load_config(const StartOptions& options);
 
 }  // namespace tissued::daemon

@@ -105,12 +105,9 @@ RowMatrix predict(const Scene& scene, const RecordedTrial& trial, const Candidat
                   const Eigen::VectorXd& offset) {
   PathSolver solver(scene, model.hypothesis.effects);
   for (const auto& [name, value] : model.hypothesis.fixed) solver.set_parameter(name, value);
-  MeasurementFaults faults;
-  faults.slips = model.hypothesis.slips;
-  for (const Unknown& unknown : model.best().unknowns) {
+  for (const Unknown& unknown : model.best().unknowns)
     if (unknown.source == Unknown::Source::body) solver.set_parameter(unknown.name, unknown.value);
-    if (unknown.source == Unknown::Source::fault) fault_number(faults, unknown.fault) = unknown.value;
-  }
+  const MeasurementFaults faults = faults_of(model.hypothesis, model.best().unknowns);
   const LoadPath path(trial, scene, kTravel);
   PathAnswer answer;
   if (!solver.solve(path, 0, {}, answer)) throw ModelError(trial.name + ": " + solver.trouble());

@@ -34,14 +34,6 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
   return true;
 }
 
-MeasurementFaults Evaluator::faults_of(const std::vector<Unknown>& unknowns) const {
-  MeasurementFaults faults;
-  faults.slips = hypothesis_->slips;
-  for (const Unknown& unknown : unknowns)
-    if (unknown.source == Unknown::Source::fault) fault_number(faults, unknown.fault) = unknown.value;
-  return faults;
-}
-
 // Answers with forces as finer elements have them.
 RowMatrix Evaluator::scaled(int k, double share, const RowMatrix& answers) const {
   const Channels channels = channels_of(data_->session->scene);
@@ -58,7 +50,7 @@ void Evaluator::compare(int k, const std::vector<Unknown>& unknowns, bool differ
   const auto record = [&](const RowMatrix& answers, const MeasurementFaults& faults) {
     return recorded(trial, k, path, data_->session->scene, answers, faults);
   };
-  const MeasurementFaults faults = faults_of(unknowns);
+  const MeasurementFaults faults = faults_of(*hypothesis_, unknowns);
   const RowMatrix& correction = data_->correction[k];
   const double share = unknowns.back().value;
   const RowMatrix corrected = scaled(k, share, answer.values) + share * correction;

@@ -23,7 +23,6 @@ class Evaluator {
   bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit);
 
  private:
-  MeasurementFaults faults_of(const std::vector<Unknown>& unknowns) const;
   RowMatrix scaled(int trial, double share, const RowMatrix& answers) const;
   void compare(int trial, const std::vector<Unknown>& unknowns, bool differentiate, const PathAnswer& answer,
                TrialResidual& out) const;

@@ -13,6 +13,8 @@ Mat3 rotation_matrix(const Vec3& rotation) {
 
 }  // namespace
 
+RigidTransform misplaced(const MeasurementFaults& faults) { return {rotation_matrix(faults.rotation), faults.shift}; }
+
 double& fault_number(MeasurementFaults& faults, int index) {
   if (index == 0) return faults.latency;
   if (index < 4) return faults.rotation[index - 1];
@@ -47,13 +49,12 @@ RowMatrix recorded(const RecordedTrial& trial, int trial_index, const LoadPath& 
     out.row(f).tail(channels.count() - seen) = at(path.place(trial.time[f]), seen, channels.count() - seen);
   }
   if (!faults.rotation.isZero() || !faults.shift.isZero()) {
-    const Mat3 rotation = rotation_matrix(faults.rotation);
+    const RigidTransform seen_at = misplaced(faults);
     for (int i = 0; i < channels.markers + channels.targets; ++i) {
       const Vec3 rest = i < channels.markers ? scene.markers[i].rest : scene.targets[i - channels.markers].rest;
-      const Vec3 constant = rotation * rest - rest + faults.shift;
       for (int f = 0; f < trial.frame_count(); ++f) {
         auto moved = out.row(f).segment<3>(3 * i);
-        moved = (rotation * Vec3(moved.transpose()) + constant).transpose().eval();
+        moved = (seen_at(rest + Vec3(moved.transpose())) - rest).transpose().eval();
       }
     }
   }

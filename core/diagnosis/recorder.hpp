@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/diagnosis/load_path.hpp"
+#include "core/rest_calibration.hpp"
 
 namespace tissued::core {
 
@@ -23,6 +24,9 @@ struct MeasurementFaults {
   Vec3 shift = Vec3::Zero();     // mm
   std::vector<SlippedMarker> slips;
 };
+
+// Where a faulty registration sees what is at a place in tissue coordinates.
+RigidTransform misplaced(const MeasurementFaults& faults);
 
 // Numbers of `faults` by index: latency, rotation x y z, shift x y z, then x y z of every slip.
 double& fault_number(MeasurementFaults& faults, int index);

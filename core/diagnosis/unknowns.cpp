@@ -80,6 +80,14 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scen
   return unknowns;
 }
 
+MeasurementFaults faults_of(const Hypothesis& hypothesis, const std::vector<Unknown>& unknowns) {
+  MeasurementFaults faults;
+  faults.slips = hypothesis.slips;
+  for (const Unknown& unknown : unknowns)
+    if (unknown.source == Unknown::Source::fault) fault_number(faults, unknown.fault) = unknown.value;
+  return faults;
+}
+
 void begin_at(const std::vector<std::pair<std::string, double>>& start, std::vector<Unknown>& unknowns) {
   for (const auto& [name, value] : start)
     for (Unknown& unknown : unknowns) {

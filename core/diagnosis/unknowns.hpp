@@ -42,6 +42,9 @@ struct Unknown {
 // Every unknown of a hypothesis at its neutral value; the last is the share of discretisation, of this prior sd.
 std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scene, double discretisation_sd);
 
+// The faults of the measurement that are among them.
+MeasurementFaults faults_of(const Hypothesis& hypothesis, const std::vector<Unknown>& unknowns);
+
 // Sets those that are named, within their bounds.
 void begin_at(const Values& start, std::vector<Unknown>& unknowns);
 

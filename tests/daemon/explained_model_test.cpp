@@ -1,6 +1,7 @@
 #include "daemon/explained_model.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -100,4 +101,42 @@ TEST_CASE("a model that is wrong is refused with file, key and reason", "[diagno
   std::ofstream(file.path) << "{";
   CHECK_THROWS_AS(daemon::read_model(file.path, scene), config::ConfigError);
   CHECK_THROWS_AS(daemon::read_model("/nowhere/model.json", scene), config::ConfigError);
+}
+
+TEST_CASE("a configuration that names a model simulates it", "[diagnosis]") {
+  const core::Scene scene = demo();
+  const TemporaryFile file;
+  daemon::write_model(sample(scene), scene, file.path);
+  config::DaemonConfig config =
+      config::config_for_bundle(TISSUED_SOURCE_DIR "/config/demo", std::vector{"model=" + file.path.string()});
+  daemon::apply_model(config);
+  CHECK(config.bundle.scene.material.youngs_modulus == 7.5);
+  CHECK(config.marker_delay == 0.05);
+  CHECK(config.bundle.scene.markers[2].rest.isApprox(scene.markers[2].rest + core::Vec3(0.0, 1.5, 0.0)));
+  REQUIRE(config.simulator.effects.size() == 1);
+  CHECK(config.simulator.effects[0].effect->kind() == "viscoelasticity");
+  CHECK(config.simulator.effects[0].values == std::vector<double>{0.4, 0.6, 0.0, 4.0});
+  CHECK(config.marker_correction(core::Vec3(1, 2, 3)).isApprox(core::Vec3(1, 2, 3)));
+}
+
+TEST_CASE("a faulty registration of the markers is undone", "[diagnosis]") {
+  const core::Scene scene = demo();
+  const TemporaryFile file;
+  core::Diagnosis diagnosis = sample(scene);
+  core::Fit& fit = diagnosis.explained.exact;
+  fit.unknowns = {unknown("registration.rotation.z", 0.1, core::Unknown::Source::fault, 3),
+                  unknown("registration.shift.x", 2.0, core::Unknown::Source::fault, 4)};
+  fit.hypothesis = {};
+  diagnosis.explained.hypothesis = {};
+  daemon::write_model(diagnosis, scene, file.path);
+  config::DaemonConfig config =
+      config::config_for_bundle(TISSUED_SOURCE_DIR "/config/demo", std::vector{"model=" + file.path.string()});
+  daemon::apply_model(config);
+  const core::RigidTransform& tissue_from_tracker = config.bundle.tissue_from_tracker;
+  const core::Vec3 tissue(10.0, -4.0, 7.0);
+  // Turned by 0.1 rad about z, then moved by 2 mm along x.
+  const core::Vec3 misplaced(std::cos(0.1) * 10.0 + std::sin(0.1) * 4.0 + 2.0,
+                             std::sin(0.1) * 10.0 - std::cos(0.1) * 4.0, 7.0);
+  const core::Vec3 seen = tissue_from_tracker.inverse()(misplaced);
+  CHECK((tissue_from_tracker(config.marker_correction(seen)) - tissue).norm() < 1e-9);
 }

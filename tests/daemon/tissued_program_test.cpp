@@ -53,6 +53,14 @@ std::string text(int number) { return std::to_string(number); }
 
 }  // namespace
 
+TEST_CASE("tissued refuses a model that it cannot read, by name") {
+  const Outcome outcome =
+      run({"--bundle", TISSUED_SOURCE_DIR "/config/demo", "--model", "/nowhere/model.json", "--check"});
+  CHECK(outcome.code == 2);
+  CHECK(is_one_line(outcome.err));
+  CHECK_THAT(outcome.err, Contains("/nowhere/model.json"));
+}
+
 TEST_CASE("tissued tells its version and its schema") {
   const Outcome version = run({"--version"});
   CHECK(version.code == 0);
