@@ -27,20 +27,40 @@ json place_json(const std::optional<core::Finding::Place>& place) {
   return where;
 }
 
-json finding_json(const core::Finding& finding) {
+// By the contract: which markers, and how far; of several a shift each.
+json slip_json(const core::Finding& finding) {
+  json markers = json::array(), shifts = json::array(), sds = json::array();
+  for (const core::FindingNumber& number : finding.parameters) {
+    markers.push_back(number.name);
+    shifts.push_back(number.value);
+    sds.push_back(number.sd);
+  }
+  if (markers.size() == 1) {
+    shifts = json(shifts[0]);
+    sds = json(sds[0]);
+  }
+  return {{"markers", {{"value", markers}}}, {"shift", {{"value", shifts}, {"sd", sds}, {"unit", "mm"}}}};
+}
+
+json parameters_json(const core::Finding& finding) {
+  if (finding.kind == "marker-slip") return slip_json(finding);
   json parameters = json::object();
   for (const core::FindingNumber& number : finding.parameters) {
     json& entry = parameters[number.name] = {{"unit", number.unit}};
     put(entry, "value", number.value);
     put(entry, "sd", number.sd);
   }
+  return parameters;
+}
+
+json finding_json(const core::Finding& finding) {
   json when{{"trials", finding.trials}};
   if (!finding.phase.empty()) when["phase"] = finding.phase;
   json out{{"kind", finding.kind},
            {"summary", finding.summary},
            {"where", place_json(finding.where)},
            {"when", when},
-           {"parameters", parameters}};
+           {"parameters", parameters_json(finding)}};
   put(out, "probability", finding.probability);
   return out;
 }

@@ -84,3 +84,17 @@ TEST_CASE("Every verdict has the contract's name") {
     CHECK(report_json(diagnosis)["verdict"] == name);
   }
 }
+
+TEST_CASE("A slipped marker is named, as the contract has it") {
+  core::Diagnosis diagnosis = daemon::inclusion_sample(daemon::demo_scene());
+  core::Finding& finding = diagnosis.findings.at(0);
+  finding.kind = "marker-slip";
+  finding.parameters = {{"M07", "mm", {1.0, 0.5, -0.25}, {0.1, 0.2, 0.3}}};
+  CHECK(report_json(diagnosis)["findings"][0]["parameters"] == json::parse(R"({
+    "markers": {"value": ["M07"]},
+    "shift": {"value": [1.0, 0.5, -0.25], "sd": [0.1, 0.2, 0.3], "unit": "mm"}})"));
+  finding.parameters.push_back({"M09", "mm", {0.0, 2.0, 0.0}, {0.1, 0.1, 0.1}});
+  const json two = report_json(diagnosis)["findings"][0]["parameters"];
+  CHECK(two["markers"]["value"] == json::parse(R"(["M07", "M09"])"));
+  CHECK(two["shift"]["value"] == json::parse("[[1.0, 0.5, -0.25], [0.0, 2.0, 0.0]]"));
+}
