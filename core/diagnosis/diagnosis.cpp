@@ -42,6 +42,19 @@ const Candidate& chosen_of(const SearchResult& result) {
   return result.pairs.front().exact.solved && gain > kAccept ? result.pairs.front() : single;
 }
 
+Grounds grounds_of(const SearchResult& result, double structure) {
+  Grounds grounds;
+  grounds.structure = structure;
+  if (result.singles.empty()) return grounds;
+  const Candidate& single = result.singles.front();
+  grounds.likeliest = single.name();
+  grounds.advantage = advantage(result, single);
+  if (result.pairs.empty()) return grounds;
+  grounds.likeliest_pair = result.pairs.front().name();
+  grounds.pair_gain = advantage(result, result.pairs.front()) - grounds.advantage;
+  return grounds;
+}
+
 // Of a kind among the candidates that are as rich as the chosen one.
 double probability_of(const std::string& kind, const SearchResult& result, const Candidate& chosen) {
   double with = 0.0, all = 0.0;
@@ -124,6 +137,7 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   const Channels channels = channels_of(scene);
   const std::array<double, 3> left =
       structure_left(result.exact.errors, channels, pointers_to(chosen.best().residuals));
+  diagnosis.grounds = grounds_of(result, left[0]);
   const bool unexplained = left[0] > kStructure;
   for (const std::string& kind : chosen.kinds) {
     Finding finding = finding_of(kind, chosen.best(), scene);
