@@ -12,7 +12,6 @@ namespace tissued::core {
 namespace {
 
 // What must be met before something is said; measured on nulls of our own (scripts/nulls).
-constexpr double kAccept = 20.0;      // advantage over numbers alone, or of a pair over its better half
 constexpr double kModulusOff = 0.12;  // of the logarithm of Young's modulus: what the elements may err
 constexpr double kRatioOff = 0.015;   // of Poisson's ratio, likewise
 constexpr double kStructure = 1.5;    // of markers' structure_left: beyond, something is left to explain
@@ -49,7 +48,7 @@ Grounds grounds_of(const SearchResult& result, double structure) {
   const Candidate& single = result.singles.front();
   grounds.likeliest = single.name();
   grounds.advantage = advantage(result, single);
-  if (result.pairs.empty()) return grounds;
+  if (result.pairs.empty() || !result.pairs.front().exact.solved) return grounds;
   grounds.likeliest_pair = result.pairs.front().name();
   grounds.pair_gain = advantage(result, result.pairs.front()) - grounds.advantage;
   return grounds;

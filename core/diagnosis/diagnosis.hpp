@@ -20,11 +20,11 @@ struct Alternative {
 
 // What a verdict rests on, against the thresholds of diagnosis.cpp.
 struct Grounds {
-  std::string likeliest;           // of single kinds; empty: none could be fitted
-  double advantage = 0.0;          // of that one over numbers alone
-  std::string likeliest_pair;      // empty: none was tried
-  double pair_gain = 0.0;          // of that one over its better half
-  double structure = 0.0;          // left in the markers by the model that was chosen; 1: nothing but noise
+  std::string likeliest;       // of single kinds; empty: none could be fitted
+  double advantage = 0.0;      // of that one over numbers alone
+  std::string likeliest_pair;  // empty: none was looked at closely
+  double pair_gain = 0.0;      // of that one over its better half
+  double structure = 0.0;      // left in the markers by the model that was chosen; 1: nothing but noise
 };
 
 struct Diagnosis {

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "core/diagnosis/discretisation.hpp"
+#include "core/diagnosis/placement.hpp"
 
 namespace tissued::core {
 
@@ -15,7 +16,9 @@ constexpr double kTravel = 3.0, kCoarseTravel = 5.0;  // mm between keys
 constexpr double kOffset = 0.5;                       // mm, to which markers are placed
 constexpr double kMarkerShare = 0.0045;               // of the load: what quadratic elements may err at a marker
 constexpr double kForceShare = 0.03;                  // of the peak force, likewise
-constexpr double kForceShape = 0.004;                 // of the peak force: what does not go with the load
+constexpr double kForceShape = 0.004;                 // of the peak force: what is noise to all that follows
+// Of the load and of the peak force: what quadratic elements may err beside what goes with the load, half way there.
+constexpr double kMarkerBend = 0.0015, kForceBend = 0.01;
 // Of what finer elements say otherwise: what a body is that is not made of elements, and recordings of one that is.
 constexpr double kCorrectionMean = 0.35, kCorrectionSd = 0.35;
 constexpr FitControl kFirstLook{4, 10.0}, kFast{16, 3.0}, kExact{6, 0.5};
@@ -104,14 +107,15 @@ ErrorModel error_model(const RecordedSession& session) {
   errors.offset.setZero(channels.count());
   errors.offset.head(3 * channels.markers).setConstant(kOffset);
   errors.discretisation.setZero(static_cast<Eigen::Index>(session.trials.size()), channels.count());
+  errors.bend = errors.discretisation;
   double largest = 0.0;
   for (std::size_t k = 0; k < session.trials.size(); ++k)
     for (int pad = 0; pad < channels.pads; ++pad) {
       const double peak = peak_force(session.trials[k], channels, pad);
       largest = std::max(largest, peak);
-      errors.discretisation.row(static_cast<Eigen::Index>(k))
-          .segment<3>(channels.of_force(pad))
-          .setConstant(kForceShare * peak);
+      const auto row = static_cast<Eigen::Index>(k);
+      errors.discretisation.row(row).segment<3>(channels.of_force(pad)).setConstant(kForceShare * peak);
+      errors.bend.row(row).segment<3>(channels.of_force(pad)).setConstant(kForceBend * peak);
     }
   errors.noise.tail(3 * channels.pads).array() =
       (errors.noise.tail(3 * channels.pads).array().square() + std::pow(kForceShape * largest, 2)).sqrt();
@@ -131,25 +135,27 @@ FitData fit_data(const RecordedSession& session, double travel, FemElement eleme
     const auto keys = static_cast<Eigen::Index>(data.paths.back().keys().size());
     data.correction.push_back(RowMatrix::Zero(keys, channels.count()));
     data.force_factor.push_back(RowMatrix::Ones(keys, channels.pads));
-    data.errors.discretisation.row(static_cast<Eigen::Index>(k))
-        .head(3 * (channels.markers + channels.targets))
-        .setConstant(kMarkerShare * data.paths.back().peak_load());
+    const auto row = static_cast<Eigen::Index>(k);
+    const int seen = 3 * (channels.markers + channels.targets);
+    data.errors.discretisation.row(row).head(seen).setConstant(kMarkerShare * data.paths.back().peak_load());
+    data.errors.bend.row(row).head(seen).setConstant(kMarkerBend * data.paths.back().peak_load());
   }
   return data;
 }
 
-// What finer elements answer at the peak of each trial, into `exact`, in proportion to the load.
-double correct_by_finer(const RecordedSession& session, Work& work, FitData& exact) {
+// What finer elements answer at the peak of each trial, into `exact`, in proportion to the load; scene: the session's,
+// but for its numbers.
+double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact) {
   const Channels channels = channels_of(session.scene);
   const int seen = 3 * (channels.markers + channels.targets);
   std::vector<Eigen::RowVectorXd> differences(exact.paths.size()), factors(exact.paths.size());
   const auto solve = [&](std::size_t k) {
-    PathSolver solver(session.scene, {});
+    PathSolver solver(scene, {});
     PathAnswer answer;
     const LoadPath& path = exact.paths[k];
     if (!solver.solve(path, 0, {}, answer)) return;
     const std::size_t peak = key_at_peak(path);
-    const FinerAnswer finer = finer_answer(session.scene, path.keys()[peak].pads, solver.positions(0)[peak]);
+    const FinerAnswer finer = finer_answer(scene, path.keys()[peak].pads, solver.positions(0)[peak]);
     if (!finer.solved) return;
     const Eigen::RowVectorXd coarse = answer.values.row(static_cast<Eigen::Index>(peak));
     differences[k] = finer.values - coarse;
@@ -333,6 +339,39 @@ class Narrowing {
   double on_coarse_ = 0.0, on_fast_ = 0.0;
 };
 
+// Other numbers alone bring the markers about down to noise: then it is as well to judge elements where these are.
+bool nearly_explains(const SearchResult& result) {
+  constexpr double kNearly = 2.0;
+  const Fit& numbers = result.numbers.exact;
+  if (!numbers.solved || !result.numbers.fast.solved) return false;
+  const Channels channels = channels_of(result.exact.session->scene);
+  return structure_left(result.exact.errors, channels, pointers_to(numbers.residuals))[0] < kNearly;
+}
+
+// What elements err depends on Poisson's ratio more than on anything else.
+void correct_at_numbers(const RecordedSession& session, Work& work, SearchResult& result) {
+  constexpr double kAsGood = 0.005;
+  const Fit numbers = result.numbers.exact;
+  if (std::abs(numbers.value("poissons_ratio") - session.scene.material.poissons_ratio) < kAsGood ||
+      session.scene.mesh.tet_count() > kMostRefinedTets)
+    return;
+  Scene fitted = session.scene;
+  fitted.material.youngs_modulus = numbers.value("youngs_modulus");
+  fitted.material.poissons_ratio = numbers.value("poissons_ratio");
+  result.discretisation_mm = correct_by_finer(session, fitted, work, result.exact);
+  Fit again = fit(result.exact, result.numbers.hypothesis, values_of(numbers), kExact);
+  if (again.solved) result.numbers.exact = std::move(again);
+}
+
+// Candidates are compared by linear elements first: those are to answer as quadratic ones do where numbers are.
+void rebase_on_numbers(Work& work, SearchResult& result) {
+  work.all(
+      2, [&](std::size_t job) { rebase(result.exact, result.numbers.exact, job == 0 ? result.fast : result.coarse); },
+      0.25, 0.3, [](std::size_t) { return "the assumed physics"; });
+  Fit again = fit(result.fast, result.numbers.hypothesis, values_of(result.numbers.exact), kFast);
+  if (again.solved) result.numbers.fast = std::move(again);
+}
+
 // The assumed physics by all models, and its numbers refitted.
 void assess_assumed(const RecordedSession& session, const SearchOptions& options, Work& work, SearchResult& result) {
   const ErrorModel errors = error_model(session);
@@ -341,7 +380,10 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
   result.coarse = fit_data(session, kCoarseTravel, FemElement::p1, errors, &work.stop);
   work.tell(0.02, "the assumed physics");
   if (options.refine_mesh && session.scene.mesh.tet_count() <= kMostRefinedTets)
-    result.discretisation_mm = correct_by_finer(session, work, result.exact);
+    result.discretisation_mm = correct_by_finer(session, session.scene, work, result.exact);
+  result.exact.placement = placement_slopes(session.scene, result.exact.paths);
+  result.fast.placement = result.exact.placement;
+  if (!work.over()) result.coarse.placement = placement_slopes(session.scene, result.coarse.paths);
   Hypothesis nothing;
   nothing.numbers = false;
   work.all(
@@ -356,6 +398,18 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
   result.numbers = numbers_candidate();
   result.numbers.fast = fit(result.fast, result.numbers.hypothesis, {}, kFast);
   result.numbers.exact = fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExact);
+  if (options.refine_mesh && nearly_explains(result)) correct_at_numbers(session, work, result);
+  if (nearly_explains(result)) rebase_on_numbers(work, result);
+  if (result.numbers.best().solved) return;
+  // Interrupted before any number was known: what is said is said of the assumed physics.
+  if (!result.assumed.solved) {
+    FitData unhurried = result.exact;
+    unhurried.stop = nullptr;
+    result.assumed = assess(unhurried, nothing);
+    shed(result.assumed);
+  }
+  result.numbers.hypothesis = nothing;
+  result.numbers.exact = result.assumed;
 }
 
 void find_second(Work& work, SearchResult& result) {
@@ -387,7 +441,7 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
     });
     Narrowing(result.coarse, result.fast, result.exact, result.numbers, work).run(result.singles, kMostExact, 0.3, 0.6);
     const bool has_first = !result.singles.empty() && result.singles.front().exact.solved &&
-                           advantage(result, result.singles.front()) > kWorthExact;
+                           advantage(result, result.singles.front()) >= kAccept;
     if (has_first && !work.over()) find_second(work, result);
   }
   result.complete = !work.stop;

@@ -59,7 +59,7 @@ void report(const core::Diagnosis& diagnosis, NullRow& row) {
   cells["likeliest"] = diagnosis.grounds.likeliest;
   cells["advantage"] = cell(diagnosis.grounds.advantage);
   cells["likeliest_pair"] = diagnosis.grounds.likeliest_pair;
-  cells["pair_gain"] = cell(diagnosis.grounds.pair_gain);
+  if (!diagnosis.grounds.likeliest_pair.empty()) cells["pair_gain"] = cell(diagnosis.grounds.pair_gain);
   cells["structure"] = cell(diagnosis.grounds.structure);
   cells["discretisation_mm"] = cell(diagnosis.discretisation_marker_mm);
   cells["assumed_mm"] = cell(diagnosis.trials.assumed.marker_mm);

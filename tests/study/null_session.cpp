@@ -126,8 +126,7 @@ void lose_markers(const Channels& channels, const Sight& sight, Random& random, 
   for (int i = 0; i < channels.markers; ++i) {
     const auto begin = static_cast<int>(random.uniform(0.0, 0.9) * frames);
     const int length = std::min(frames - begin, static_cast<int>(random.uniform(0.1, 0.5) * frames));
-    if (random.chance(sight.gap_chance))
-      trial.seen.block(begin, channels.of_marker(i), length, 3).setConstant(kUnseen);
+    if (random.chance(sight.gap_chance)) trial.seen.block(begin, channels.of_marker(i), length, 3).setConstant(kUnseen);
     if (sight.marker_is_lost[i]) trial.seen.middleCols<3>(channels.of_marker(i)).setConstant(kUnseen);
   }
   if (!sight.has_targets) trial.seen.middleCols(3 * channels.markers, 3 * channels.targets).setConstant(kUnseen);

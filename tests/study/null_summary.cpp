@@ -64,7 +64,8 @@ void write_thresholds(const std::vector<NullRow>& rows, std::ostream& out) {
   const auto with_force = those(rows, [](const NullRow& row) { return row.text("force_seen") == "1"; });
   const auto of = [](const char* column) { return [column](const NullRow& row) { return row.number(column); }; };
   const auto in_sd = [](double error, double sd) { return error / sd; };
-  out << "\nquantiles                                    count      50 %      90 %      95 %      98 %      99 %     100 %\n";
+  out << "\nquantiles                                    count      50 %      90 %      95 %      98 %      99 %     "
+         "100 %\n";
   write_quantiles("advantage of the likeliest kind (kAccept)", of_all(rows, of("advantage")), out);
   write_quantiles("gain of a pair (kAccept)", of_all(rows, of("pair_gain")), out);
   write_quantiles("structure left (kStructure)", of_all(rows, of("structure")), out);
@@ -100,9 +101,11 @@ bool is_false_alarm(const NullRow& row) {
 void summarise(const std::vector<NullRow>& rows, std::ostream& out) {
   const auto right = those(rows, numbers_are_right);
   write_share("false alarms", rows, is_false_alarm, out);
-  write_share("failed: no verdict", rows, [](const NullRow& row) { return row.text("verdict") == "failed"; }, out);
-  write_share("other numbers said where they are right", right,
-              [](const NullRow& row) { return says(row, "parameters"); }, out);
+  write_share(
+      "failed: no verdict", rows, [](const NullRow& row) { return row.text("verdict") == "failed"; }, out);
+  write_share(
+      "other numbers said where they are right", right, [](const NullRow& row) { return says(row, "parameters"); },
+      out);
   double redraws = 0.0;
   for (const NullRow& row : rows) redraws += row.number("redraws");
   out << "bodies drawn again, because their truth has no equilibrium: " << std::setprecision(0) << redraws << '\n';

@@ -32,7 +32,7 @@ class PushCurve {
 
 // Ramp, hold, release, rest.
 struct Course {
-  double share = 1.0;  // of the push's deepest
+  double share = 1.0;                         // of the push's deepest
   double ramp = 1.0, hold = 1.0, rest = 0.5;  // s; the way back takes as long as the way in
 };
 

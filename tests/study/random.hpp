@@ -18,13 +18,13 @@ class Random {
   }
 
   double uniform(double low, double high) { return low + (high - low) * (static_cast<double>(generator_()) + 0.5) / k; }
-  int integer(int low, int high) { return low + static_cast<int>(generator_() % static_cast<unsigned>(high - low + 1)); }
+  int integer(int low, int high) {
+    return low + static_cast<int>(generator_() % static_cast<unsigned>(high - low + 1));
+  }
   bool chance(double share) { return uniform(0.0, 1.0) < share; }
   // Evenly in the logarithm.
   double logarithmic(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-  double normal() {
-    return std::sqrt(-2.0 * std::log(uniform(0.0, 1.0))) * std::cos(uniform(0.0, 6.283185307179586));
-  }
+  double normal() { return std::sqrt(-2.0 * std::log(uniform(0.0, 1.0))) * std::cos(uniform(0.0, 6.283185307179586)); }
   core::Vec3 normal_vector() {
     core::Vec3 v;
     for (double& entry : v) entry = normal();
