@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "core/diagnosis/disturbance.hpp"
 #include "core/diagnosis/words.hpp"
 
 namespace tissued::core {
@@ -149,7 +150,7 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   diagnosis.verdict = chosen.kinds.empty() ? Verdict::no_mismatch
                       : measurement        ? Verdict::measurement
                                            : Verdict::missing_physics;
-  const MismatchMap map = mismatch_map(result, scene);
+  MismatchMap map = mismatch_map(result, scene);
   if (unexplained) {
     diagnosis.verdict = Verdict::unexplained;
     Finding unknown;
@@ -157,6 +158,8 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
     unknown.title = title_of("unknown");
     unknown.summary = "None of the effects that this tool knows brings the markers' misfit down to noise.";
     unknown.probability = logistic((left[0] - kStructure) / (0.2 * kStructure));
+    if (MismatchMap disturbed = disturbance_map(result.exact, result.numbers.best()); !disturbed.of_tet.empty())
+      map = std::move(disturbed);
     if (!map.of_tet.empty()) unknown.where = Finding::Place{map.peak, map.radius};
     set_when(result.exact, result.assumed, result.numbers.best(), unknown);
     // What was named does not explain it: it is an alternative, not a finding.

@@ -44,8 +44,9 @@ struct Diagnosis {
 
   std::vector<TrialCourse> courses;
   std::vector<MarkerMisfit> markers;
-  // (tets of the scene's mesh) how much of the misfit a stiffness that differs in that element alone would explain,
-  // 0 to 1 of the largest; empty where there is nothing to explain.
+  // (tets of the scene's mesh) how much of the misfit a stiffness that differs in that element alone would explain, or,
+  // where nothing known does, a force or pressure there; 0 to 1 of the largest; empty where there is nothing to
+  // explain.
   std::vector<double> mismatch_map;
 
   // The model that was chosen, for predict and for tissued.

@@ -23,7 +23,8 @@ struct Grid {
 
 // Of random fineness; along each axis as fine as the body is long there.
 Grid random_grid(const Vec3& size, Random& random) {
-  const double cells = random.logarithmic(400.0, 1100.0) / 6.0;
+  const double cells =
+      (random.chance(0.85) ? random.logarithmic(350.0, 700.0) : random.logarithmic(700.0, 1500.0)) / 6.0;
   const double edge = std::cbrt(size.prod() / cells);
   const auto even = [](double count) { return std::max(2, 2 * static_cast<int>(std::lround(0.5 * count))); };
   return {even(size.x() / edge), even(size.y() / edge), std::max(2, static_cast<int>(std::lround(size.z() / edge)))};
