@@ -32,7 +32,7 @@ Outcome diagnose_three(const TemporaryFolder& folder, const std::string& launche
   for (const char* name : {"first", "third"}) {
     const TemporaryFolder bundle;
     write_evaluation_bundle(bundle, name);
-    fs::copy(bundle.path(), folder.path() / name, fs::copy_options::overwrite_existing);
+    fs::copy(bundle.path(), folder.path() / name, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
   }
   fs::create_directories(folder.path() / "broken");
   const std::string at = folder.path().string() + "/";
