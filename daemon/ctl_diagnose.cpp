@@ -2,18 +2,22 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
+#include <set>
+#include <thread>
 
+#include "daemon/bundle_diagnosis.hpp"
 #include "daemon/ctl_options.hpp"
-#include "daemon/diagnosis_json.hpp"
-#include "daemon/diagnosis_page.hpp"
 #include "daemon/explained_model.hpp"
 #include "daemon/session_loader.hpp"
+#include "daemon/shared_jobs.hpp"
 #include "protocol/nexus_csv.hpp"
 
 namespace tissued::daemon {
@@ -24,9 +28,7 @@ namespace fs = std::filesystem;
 struct DiagnoseArguments {
   std::vector<std::string> bundles;
   fs::path out;
-  int threads = 0;
-  double budget = 140.0;
-  bool quick = false;
+  BundleDiagnosisOptions options;
 };
 
 // Set by SIGINT and SIGTERM: what is known by then is reported.
@@ -55,55 +57,80 @@ class DiagnosisProgress {
   double shown_ = -kBetweenLines;
 };
 
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+int diagnose_one(const DiagnoseArguments& arguments) {
+  std::string text;
+  {
+    DiagnosisProgress progress;
+    text = terminal_text(
+        diagnose_bundle(arguments.bundles.front(), arguments.out, arguments.options, interrupted,
+                        [&progress](double share, const std::string& what) { progress.show(share, what); }));
+  }
+  std::fputs(text.c_str(), stdout);
+  return kSuccess;
 }
 
-void print_findings(const core::Diagnosis& diagnosis) {
-  std::printf("%s: %s\n", diagnosis.bundle.c_str(), std::string(core::name_of(diagnosis.verdict)).c_str());
-  for (const core::Finding& finding : diagnosis.findings)
-    std::printf("  %s (%.0f %%). %s\n", finding.title.c_str(), 100.0 * finding.probability, finding.summary.c_str());
-  std::printf("  markers %.3f mm as assumed, %.3f with other numbers, %.3f as explained (noise %.3f)",
-              diagnosis.trials.assumed.marker_mm, diagnosis.trials.parameters.marker_mm,
-              diagnosis.trials.explained.marker_mm, diagnosis.noise_marker_mm);
-  if (diagnosis.held_out_seen)
-    std::printf("; held out %.3f, %.3f, %.3f", diagnosis.held_out.assumed.marker_mm,
-                diagnosis.held_out.parameters.marker_mm, diagnosis.held_out.explained.marker_mm);
-  std::printf("; %.0f s\n", diagnosis.seconds);
+std::string name_of_folder(const std::string& bundle) {
+  const fs::path path = fs::path(bundle).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-void diagnose_bundle(const std::string& folder, const fs::path& out, const DiagnoseArguments& arguments) {
-  const config::Bundle bundle = config::load_bundle(folder);
-  if (bundle.dynamic)
-    throw std::runtime_error(folder + ": a dynamic bundle; only quasi-static recordings are diagnosed");
-  const core::RecordedSession session = load_session(bundle);
-  fs::create_directories(out);
-  DiagnosisProgress progress;
-  core::SearchOptions options;
-  options.threads = arguments.threads;
-  options.budget = arguments.budget;
-  options.refine_mesh = !arguments.quick;
-  options.interrupted = &interrupted;
-  options.progress = [&progress](double share, const std::string& what) { progress.show(share, what); };
-  const core::Diagnosis diagnosis = core::diagnose(session, options);
-  write_text(out / "report.json", report_json(diagnosis).dump(1) + "\n");
-  write_text(out / "report.html", diagnosis_page(diagnosis, session.scene));
-  write_model(diagnosis, session.scene, out / "model.json");
-  print_findings(diagnosis);
+// This rank's share of the machine, and of what mpirun bound it to.
+int processors_of(const MpiRanks& ranks) {
+  const int bound = static_cast<int>(std::thread::hardware_concurrency());
+  const int share = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)) / ranks.on_this_machine();
+  return std::max(1, std::min(bound, share));
+}
+
+// One line for each bundle that is done, and a table of all at the end; `processors` of this rank share the bundles.
+int diagnose_several(const MpiRanks& ranks, int processors, const DiagnoseArguments& arguments) {
+  const auto count = static_cast<int>(arguments.bundles.size());
+  const int workers = std::min(processors, (count + ranks.size() - 1) / ranks.size());
+  BundleDiagnosisOptions options = arguments.options;
+  options.threads = std::max(1, processors / workers);
+  const auto diagnose = [&](int i) -> nlohmann::json {
+    const std::string& folder = arguments.bundles[static_cast<std::size_t>(i)];
+    const std::string name = name_of_folder(folder);
+    try {
+      nlohmann::json summary = summary_of(diagnose_bundle(folder, arguments.out / name, options, interrupted, {}));
+      summary["folder"] = name;
+      return summary;
+    } catch (const std::exception& error) {
+      return {{"folder", name}, {"error", error.what()}};
+    }
+  };
+  int done = 0;
+  const auto tell = [&](int, const nlohmann::json& summary) {
+    const bool failed = summary.contains("error");
+    const std::string what = summary.at(failed ? "error" : "verdict");
+    std::fprintf(stderr, "%d of %d: %s: %s%s\n", ++done, count, summary.at("folder").get<std::string>().c_str(),
+                 failed ? "failed: " : "", what.c_str());
+  };
+  nlohmann::json summaries = share_jobs(ranks, count, workers, diagnose, tell, [] { return interrupted.load(); });
+  if (ranks.rank() != 0) return kSuccess;
+  bool failed = false;
+  for (int i = 0; i < count; ++i) {
+    nlohmann::json& summary = summaries[static_cast<std::size_t>(i)];
+    if (summary.is_null())
+      summary = {{"folder", name_of_folder(arguments.bundles[static_cast<std::size_t>(i)])},
+                 {"error", "not begun before the interruption"}};
+    failed = failed || summary.contains("error");
+  }
+  std::fputs(summary_table(summaries).c_str(), stdout);
+  return failed ? kFailure : kSuccess;
 }
 
 int run_diagnose(const DiagnoseArguments& arguments) {
+  const MpiRanks ranks;
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
-  for (const std::string& bundle : arguments.bundles) {
-    const std::string name = fs::path(bundle).lexically_normal().filename().string();
-    diagnose_bundle(bundle, arguments.bundles.size() == 1 ? arguments.out : arguments.out / name, arguments);
-    if (interrupted) break;
-  }
-  return kSuccess;
+  std::set<std::string> names;
+  for (const std::string& bundle : arguments.bundles)
+    if (!names.insert(name_of_folder(bundle)).second)
+      throw UsageError("BUNDLE: two are called " + name_of_folder(bundle) +
+                       ", and each writes to a folder of its name");
+  if (arguments.bundles.size() == 1) return ranks.rank() == 0 ? diagnose_one(arguments) : kSuccess;
+  return diagnose_several(ranks, arguments.options.threads > 0 ? arguments.options.threads : processors_of(ranks),
+                          arguments);
 }
 
 struct PredictArguments {
@@ -163,20 +190,24 @@ void add_diagnose_command(CLI::App& app, int& exit_code) {
   DiagnoseArguments& a = *arguments;
   CLI::App* diagnose = app.add_subcommand("diagnose", "What is wrong where simulation and recordings differ?");
   diagnose->footer(
-      "Writes report.json, report.html and model.json; of several bundles each into a folder of its name.\n"
-      "Exit 0 whatever it finds. SIGINT ends it early with what is known by then.\n"
-      "Example: tissuectl diagnose recordings/open/open-visco --out result");
+      "Writes report.json, report.html and model.json; of several bundles each into a folder of its name, and a table "
+      "of\n"
+      "all. Several are shared out over the processors and, under mpirun, over machines that see the same folders.\n"
+      "Exit 0 whatever it finds, 1 where a bundle could not be diagnosed. SIGINT ends it early with what is known by\n"
+      "then; mpirun must be told to wait for that: --mca odls_base_sigkill_timeout 60.\n"
+      "Examples: tissuectl diagnose recordings/open/open-visco --out result\n"
+      "          mpirun -n 4 tissuectl diagnose recordings/open/* --out results");
   diagnose->add_option("BUNDLE", a.bundles, "Folders with bundle.json")->type_name("")->required();
   diagnose->add_option("--out", a.out, "Folder for the reports")->type_name("DIR")->required();
-  diagnose->add_option("--threads", a.threads, "0: as many as there are processors")
+  diagnose->add_option("--threads", a.options.threads, "0: as many as there are processors; of each rank under mpirun")
       ->type_name("N")
       ->check(in_range(0, 256))
       ->capture_default_str();
-  diagnose->add_option("--budget", a.budget, "What is not tried after so many seconds is left out, and said")
+  diagnose->add_option("--budget", a.options.budget, "What is not tried after so many seconds is left out, and said")
       ->type_name("SECONDS")
       ->check(in_range(1.0, 1e6))
       ->capture_default_str();
-  diagnose->add_flag("--quick", a.quick, "Do not judge the elements by finer ones");
+  diagnose->add_flag("--quick", a.options.quick, "Do not judge the elements by finer ones");
   diagnose->callback([arguments, &exit_code] { exit_code = run_diagnose(*arguments); });
 }
 

@@ -135,7 +135,8 @@ Candidate pair_candidate(const Candidate& first, const Candidate& second) {
 
 Values values_of(const Fit& fit) {
   Values values;
-  for (const Unknown& unknown : fit.unknowns) values.emplace_back(unknown.name, unknown.value);
+  for (const Unknown& unknown : fit.unknowns)
+    if (unknown.source != Unknown::Source::discretisation) values.emplace_back(unknown.name, unknown.value);
   return values;
 }
 

@@ -26,7 +26,8 @@ std::vector<Candidate> single_candidates(const RecordedSession& session, const F
 // Two that both have been fitted, begun where those ended.
 Candidate pair_candidate(const Candidate& first, const Candidate& second);
 
-// Numbers of a fit, to begin another one with.
+// Numbers of a fit, to begin another one with; the share of discretisation is not among them, because it means another
+// thing to elements of another kind.
 Values values_of(const Fit& fit);
 
 }  // namespace tissued::core

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "core/diagnosis/disturbance.hpp"
 #include "core/diagnosis/words.hpp"
 
 namespace tissued::core {
@@ -12,7 +13,6 @@ namespace tissued::core {
 namespace {
 
 // What must be met before something is said; measured on nulls of our own (scripts/nulls).
-constexpr double kAccept = 20.0;      // advantage over numbers alone, or of a pair over its better half
 constexpr double kModulusOff = 0.12;  // of the logarithm of Young's modulus: what the elements may err
 constexpr double kRatioOff = 0.015;   // of Poisson's ratio, likewise
 constexpr double kStructure = 1.5;    // of markers' structure_left: beyond, something is left to explain
@@ -40,6 +40,19 @@ const Candidate& chosen_of(const SearchResult& result) {
   if (result.pairs.empty()) return single;
   const double gain = advantage(result, result.pairs.front()) - advantage(result, single);
   return result.pairs.front().exact.solved && gain > kAccept ? result.pairs.front() : single;
+}
+
+Grounds grounds_of(const SearchResult& result, double structure) {
+  Grounds grounds;
+  grounds.structure = structure;
+  if (result.singles.empty()) return grounds;
+  const Candidate& single = result.singles.front();
+  grounds.likeliest = single.name();
+  grounds.advantage = advantage(result, single);
+  if (result.pairs.empty() || !result.pairs.front().exact.solved) return grounds;
+  grounds.likeliest_pair = result.pairs.front().name();
+  grounds.pair_gain = advantage(result, result.pairs.front()) - grounds.advantage;
+  return grounds;
 }
 
 // Of a kind among the candidates that are as rich as the chosen one.
@@ -124,6 +137,7 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   const Channels channels = channels_of(scene);
   const std::array<double, 3> left =
       structure_left(result.exact.errors, channels, pointers_to(chosen.best().residuals));
+  diagnosis.grounds = grounds_of(result, left[0]);
   const bool unexplained = left[0] > kStructure;
   for (const std::string& kind : chosen.kinds) {
     Finding finding = finding_of(kind, chosen.best(), scene);
@@ -136,7 +150,7 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   diagnosis.verdict = chosen.kinds.empty() ? Verdict::no_mismatch
                       : measurement        ? Verdict::measurement
                                            : Verdict::missing_physics;
-  const MismatchMap map = mismatch_map(result, scene);
+  MismatchMap map = mismatch_map(result, scene);
   if (unexplained) {
     diagnosis.verdict = Verdict::unexplained;
     Finding unknown;
@@ -144,6 +158,8 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
     unknown.title = title_of("unknown");
     unknown.summary = "None of the effects that this tool knows brings the markers' misfit down to noise.";
     unknown.probability = logistic((left[0] - kStructure) / (0.2 * kStructure));
+    if (MismatchMap disturbed = disturbance_map(result.exact, result.numbers.best()); !disturbed.of_tet.empty())
+      map = std::move(disturbed);
     if (!map.of_tet.empty()) unknown.where = Finding::Place{map.peak, map.radius};
     set_when(result.exact, result.assumed, result.numbers.best(), unknown);
     // What was named does not explain it: it is an alternative, not a finding.

@@ -18,6 +18,15 @@ struct Alternative {
   double chi_square = 0.0;  // of its fit
 };
 
+// What a verdict rests on, against the thresholds of diagnosis.cpp.
+struct Grounds {
+  std::string likeliest;       // of single kinds; empty: none could be fitted
+  double advantage = 0.0;      // of that one over numbers alone
+  std::string likeliest_pair;  // empty: none was looked at closely
+  double pair_gain = 0.0;      // of that one over its better half
+  double structure = 0.0;      // left in the markers by the model that was chosen; 1: nothing but noise
+};
+
 struct Diagnosis {
   std::string bundle;
   Verdict verdict = Verdict::no_mismatch;
@@ -27,6 +36,7 @@ struct Diagnosis {
   bool held_out_seen = false;  // the held-out recordings hold more than pads
   double noise_marker_mm = 0.0, noise_force_N = 0.0;
   double discretisation_marker_mm = 0.0;
+  Grounds grounds;
   std::string next_experiment;  // empty: none is needed
   double seconds = 0.0;
   bool complete = true;              // false: stopped before its end
@@ -34,8 +44,9 @@ struct Diagnosis {
 
   std::vector<TrialCourse> courses;
   std::vector<MarkerMisfit> markers;
-  // (tets of the scene's mesh) how much of the misfit a stiffness that differs in that element alone would explain,
-  // 0 to 1 of the largest; empty where there is nothing to explain.
+  // (tets of the scene's mesh) how much of the misfit a stiffness that differs in that element alone would explain, or,
+  // where nothing known does, a force or pressure there; 0 to 1 of the largest; empty where there is nothing to
+  // explain.
   std::vector<double> mismatch_map;
 
   // The model that was chosen, for predict and for tissued.

@@ -1,5 +1,7 @@
 #include "core/diagnosis/evaluator.hpp"
 
+#include "core/diagnosis/placement.hpp"
+
 namespace tissued::core {
 
 Evaluator::Evaluator(const FitData& data, const Hypothesis& hypothesis)
@@ -31,6 +33,9 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
     compare(k, unknowns, differentiate, answer, fit.residuals[k]);
     answer.by_parameter.clear();
   }
+  if (!data_->placement.empty())
+    take_off_placement(data_->errors, channels_of(data_->session->scene), data_->paths, data_->placement,
+                       data_->session->trials, fit.residuals);
   return true;
 }
 

@@ -21,7 +21,8 @@ struct FitData {
   // channels), and as a multiple of it (forces), (trials) (keys x pads).
   std::vector<RowMatrix> correction;
   std::vector<RowMatrix> force_factor;
-  double correction_sd = 0.4;  // as a share of it
+  double correction_sd = 0.4;        // as a share of it
+  std::vector<RowMatrix> placement;  // (trials) placement_slopes; empty: not taken off
   FemElement element = FemElement::p2;
   const std::atomic<bool>* stop = nullptr;
 };

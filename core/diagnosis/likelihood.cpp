@@ -10,7 +10,7 @@ namespace {
 // The frames of one channel in which something was seen, over all trials.
 struct ChannelRows {
   Eigen::VectorXd residual;
-  Eigen::MatrixXd derivatives, basis;  // (rows x parameters), (rows x 1 + trials)
+  Eigen::MatrixXd derivatives, basis;  // (rows x parameters), (rows x 1 + 2 trials)
 };
 
 ChannelRows rows_of(int channel, std::span<const TrialResidual* const> trials, Eigen::Index parameters) {
@@ -18,7 +18,7 @@ ChannelRows rows_of(int channel, std::span<const TrialResidual* const> trials, E
   for (const TrialResidual* trial : trials)
     for (Eigen::Index f = 0; f < trial->residual.rows(); ++f) count += std::isfinite(trial->residual(f, channel));
   ChannelRows rows{Eigen::VectorXd(count), Eigen::MatrixXd(count, parameters),
-                   Eigen::MatrixXd::Zero(count, 1 + static_cast<Eigen::Index>(trials.size()))};
+                   Eigen::MatrixXd::Zero(count, 1 + 2 * static_cast<Eigen::Index>(trials.size()))};
   Eigen::Index row = 0;
   for (std::size_t k = 0; k < trials.size(); ++k) {
     const TrialResidual& trial = *trials[k];
@@ -28,11 +28,26 @@ ChannelRows rows_of(int channel, std::span<const TrialResidual* const> trials, E
       for (Eigen::Index j = 0; j < parameters; ++j)
         rows.derivatives(row, j) = trial.derivatives[static_cast<std::size_t>(j)](f, channel);
       rows.basis(row, 0) = 1.0;
-      rows.basis(row, 1 + static_cast<Eigen::Index>(k)) = trial.load[f];
+      const auto first = 1 + 2 * static_cast<Eigen::Index>(k);
+      rows.basis(row, first) = trial.load[f];
+      rows.basis(row, first + 1) = 4.0 * trial.load[f] * (1.0 - trial.load[f]);
       ++row;
     }
   }
   return rows;
+}
+
+// Standard deviations of what the columns of ChannelRows::basis are multiplied by.
+Eigen::VectorXd spread_of(const ErrorModel& errors, Eigen::Index channel,
+                          std::span<const TrialResidual* const> trials) {
+  Eigen::VectorXd spread = Eigen::VectorXd::Zero(1 + 2 * static_cast<Eigen::Index>(trials.size()));
+  spread[0] = errors.offset[channel];
+  for (std::size_t k = 0; k < trials.size(); ++k) {
+    const auto first = 1 + 2 * static_cast<Eigen::Index>(k);
+    spread[first] = errors.discretisation(trials[k]->trial, channel);
+    if (errors.bend.size() > 0) spread[first + 1] = errors.bend(trials[k]->trial, channel);
+  }
+  return spread;
 }
 
 }  // namespace
@@ -50,10 +65,7 @@ NormalEquations normal_equations(const ErrorModel& errors, std::span<const Trial
     const ChannelRows rows = rows_of(static_cast<int>(c), trials, parameters);
     if (rows.residual.size() == 0) continue;
     const double weight = 1.0 / (errors.noise[c] * errors.noise[c]);
-    Eigen::VectorXd spread(rows.basis.cols());
-    spread[0] = errors.offset[c];
-    for (std::size_t k = 0; k < trials.size(); ++k)
-      spread[1 + static_cast<Eigen::Index>(k)] = errors.discretisation(trials[k]->trial, c);
+    const Eigen::VectorXd spread = spread_of(errors, c, trials);
     // (I / weight + B B^T)^-1 = weight I - weight^2 B (I + weight B^T B)^-1 B^T, B scaled by its spread.
     const Eigen::MatrixXd basis = rows.basis * spread.asDiagonal();
     Eigen::MatrixXd inner = weight * basis.transpose() * basis;
@@ -76,21 +88,21 @@ NormalEquations normal_equations(const ErrorModel& errors, std::span<const Trial
 
 Nuisances nuisances(const ErrorModel& errors, std::span<const TrialResidual* const> trials) {
   const Eigen::Index channels = errors.noise.size(), count = static_cast<Eigen::Index>(trials.size());
-  Nuisances out{Eigen::VectorXd::Zero(channels), RowMatrix::Zero(count, channels)};
+  Nuisances out{Eigen::VectorXd::Zero(channels), RowMatrix::Zero(count, channels), RowMatrix::Zero(count, channels)};
   for (Eigen::Index c = 0; c < channels; ++c) {
     const ChannelRows rows = rows_of(static_cast<int>(c), trials, 0);
     if (rows.residual.size() == 0) continue;
-    Eigen::VectorXd spread(1 + count);
-    spread[0] = errors.offset[c];
-    for (Eigen::Index k = 0; k < count; ++k)
-      spread[1 + k] = errors.discretisation(trials[static_cast<std::size_t>(k)]->trial, c);
+    const Eigen::VectorXd spread = spread_of(errors, c, trials);
     const Eigen::MatrixXd basis = rows.basis * spread.asDiagonal();
     Eigen::MatrixXd inner = basis.transpose() * basis;
     inner.diagonal().array() += errors.noise[c] * errors.noise[c];
     const Eigen::VectorXd mean =
         spread.asDiagonal() * inner.llt().solve(Eigen::VectorXd(basis.transpose() * rows.residual));
     out.offset[c] = mean[0];
-    out.discretisation.col(c) = mean.tail(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      out.discretisation(k, c) = mean[1 + 2 * k];
+      out.bend(k, c) = mean[2 + 2 * k];
+    }
   }
   return out;
 }
@@ -109,8 +121,7 @@ std::array<double, 3> structure_left(const ErrorModel& errors, const Channels& c
         int count = 0;
         for (Eigen::Index f = begin; f < std::min<Eigen::Index>(begin + kBin, trial.residual.rows()); ++f) {
           if (!std::isfinite(trial.residual(f, c))) continue;
-          sum += trial.residual(f, c) - known.offset[c] -
-                 known.discretisation(static_cast<Eigen::Index>(k), c) * trial.load[f];
+          sum += trial.residual(f, c) - known.of(static_cast<Eigen::Index>(k), c, trial.load[f]);
           ++count;
         }
         if (2 * count < kBin) continue;

@@ -1,6 +1,7 @@
 // How well a prediction fits, with all that is known to be wrong of both: noise, where markers sit, and what the
 // discretisation leaves. Per channel, over the frames t of all trials k together,
-//   residual ~ N(0, noise^2 I + offset^2 1 1^T + sum_k discretisation_k^2 f_k f_k^T),  f_k(t) = load(t) / peak load.
+//   residual ~ N(0, noise^2 I + offset^2 1 1^T + sum_k discretisation_k^2 f_k f_k^T + bend_k^2 g_k g_k^T),
+//   f_k(t) = load(t) / peak load,  g_k = 4 f_k (1 - f_k).
 // Each channel's covariance is inverted by the Woodbury identity.
 #pragma once
 
@@ -17,6 +18,7 @@ struct ErrorModel {
   Eigen::VectorXd noise;     // (channels) mm or N
   Eigen::VectorXd offset;    // (channels) standard deviation of a constant over all trials
   RowMatrix discretisation;  // (trials x channels), standard deviation at the trial's peak load
+  RowMatrix bend;            // likewise, at half the load, of what is not in proportion to it; empty: none
 };
 
 // One trial's prediction against what was seen.
@@ -49,6 +51,12 @@ ErrorModel raised(const ErrorModel& errors, const Channels& channels, const Norm
 struct Nuisances {
   Eigen::VectorXd offset;    // (channels) a constant over all trials
   RowMatrix discretisation;  // (trials x channels) at the trial's peak load
+  RowMatrix bend;            // (trials x channels) at half of it
+
+  // What they make of a trial's frame at this share of its peak load.
+  double of(Eigen::Index trial, Eigen::Index channel, double load) const {
+    return offset[channel] + discretisation(trial, channel) * load + bend(trial, channel) * 4.0 * load * (1.0 - load);
+  }
 };
 Nuisances nuisances(const ErrorModel& errors, std::span<const TrialResidual* const> trials);
 

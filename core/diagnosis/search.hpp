@@ -22,13 +22,17 @@ struct SearchResult {
   Fit assumed;                     // nothing fitted, quadratic elements
   Candidate numbers;               // only numbers fitted
   std::vector<Candidate> singles;  // most likely first
-  std::vector<Candidate> pairs;    // most likely first; of the likeliest single and another one
+  std::vector<Candidate> pairs;    // most likely first; of the likeliest single and another one, where that is accepted
   bool complete = true;
   double discretisation_mm = 0.0;  // RMS of what finer elements say otherwise, markers at peak loads
 };
 
 // The session must outlive the result.
 SearchResult search(const RecordedSession& session, const SearchOptions& options);
+
+// What is said needs that advantage over numbers alone, or that of a pair over its better half; measured on nulls of
+// our own (scripts/nulls).
+inline constexpr double kAccept = 20.0;
 
 // Natural logarithm of how much likelier the recordings are under a candidate than with numbers alone; what noise and
 // discretisation cannot account for is not taken for certain.

@@ -71,7 +71,7 @@ TEST_CASE("a search that is interrupted says so and still reports", "[diagnosis]
   SearchOptions options = quick();
   options.interrupted = &interrupted;
   options.progress = [&interrupted](double share, const std::string&) {
-    if (share > 0.4) interrupted = true;
+    if (share > 0.33) interrupted = true;
   };
   const Diagnosis diagnosis = diagnose(twin_session({{{"youngs_modulus", 8.0}}, {}}, 5), options);
   CHECK_FALSE(diagnosis.complete);

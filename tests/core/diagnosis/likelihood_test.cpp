@@ -34,8 +34,12 @@ ErrorModel random_errors(std::mt19937& generator) {
   errors.noise = Eigen::VectorXd::Constant(kChannels, 0.2);
   errors.offset = Eigen::VectorXd::Constant(kChannels, 0.5);
   errors.discretisation.resize(2, kChannels);
+  errors.bend.resize(2, kChannels);
   for (int c = 0; c < kChannels; ++c)
-    for (int k = 0; k < 2; ++k) errors.discretisation(k, c) = std::abs(symmetric_random(generator));
+    for (int k = 0; k < 2; ++k) {
+      errors.discretisation(k, c) = std::abs(symmetric_random(generator));
+      errors.bend(k, c) = std::abs(symmetric_random(generator));
+    }
   return errors;
 }
 
@@ -67,8 +71,10 @@ TEST_CASE("normal equations are those of the whole covariance matrix", "[diagnos
       for (Eigen::Index m = 0; m < n; ++m) {
         const auto [k2, f2] = rows[m];
         covariance(i, m) = errors.offset[c] * errors.offset[c] + (i == m ? errors.noise[c] * errors.noise[c] : 0.0);
-        if (k == k2)
-          covariance(i, m) += std::pow(errors.discretisation(k, c), 2) * trials[k].load[f] * trials[k2].load[f2];
+        if (k != k2) continue;
+        const double load = trials[k].load[f], load2 = trials[k].load[f2];
+        covariance(i, m) += std::pow(errors.discretisation(k, c), 2) * load * load2;
+        covariance(i, m) += std::pow(errors.bend(k, c), 2) * 16.0 * load * (1.0 - load) * load2 * (1.0 - load2);
       }
     }
     const Eigen::MatrixXd inverse = covariance.inverse();

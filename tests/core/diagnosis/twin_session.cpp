@@ -24,6 +24,7 @@ void record(const Scene& scene, const TwinTruth& truth, const RecordedSession& s
             RecordedTrial& trial) {
   std::vector<const Effect*> effects;
   for (const std::string& kind : truth.effects) effects.push_back(find_effect(kind));
+  effects.insert(effects.end(), truth.others.begin(), truth.others.end());
   PathSolver solver(scene, effects);
   for (const auto& [name, value] : truth.numbers) solver.set_parameter(name, value);
   const LoadPath path(trial, scene, 1.0);
@@ -67,6 +68,7 @@ RecordedSession twin_session(const TwinTruth& truth, unsigned seed) {
   RecordedSession session;
   session.scene = box_scene({5, 4, 3, 10.0}, 12);
   session.scene.rate = kRate;
+  session.marker_noise = session.scene.marker_noise = truth.marker_noise;
   std::mt19937 generator(seed);
   session.trials = {push_trial(session.scene, "first", {0}, 6.0, 8.0),
                     push_trial(session.scene, "second", {1}, 5.0, 8.0),

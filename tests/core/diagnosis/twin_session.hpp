@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/diagnosis/session.hpp"
+#include "core/effects/effect.hpp"
 
 namespace tissued::core::testing {
 
@@ -13,6 +14,8 @@ struct TwinTruth {
   std::vector<std::pair<std::string, double>> numbers;  // of FemModel, e.g. youngs_modulus, viscoelasticity.g1
   std::vector<std::string> effects;                     // kinds
   double latency = 0.0;                                 // s
+  std::vector<const Effect*> others = {};               // that the library does not know
+  double marker_noise = 0.1;                            // mm per axis
 };
 
 // Three trials (each pad alone, then the first quickly) and one held out (both pads) of a small box: push, hold,

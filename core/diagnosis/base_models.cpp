@@ -1,0 +1,195 @@
+#include "core/diagnosis/base_models.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/diagnosis/discretisation.hpp"
+
+namespace tissued::core {
+
+namespace {
+
+constexpr double kOffset = 0.5;          // mm, to which markers are placed
+constexpr double kMarkerShare = 0.0045;  // of the load: what quadratic elements may err at a marker
+constexpr double kForceShare = 0.03;     // of the peak force, likewise
+constexpr double kForceShape = 0.004;    // of the peak force: what is noise to all that follows
+// Of the load and of the peak force: what quadratic elements may err beside what goes with the load, half way there.
+constexpr double kMarkerBend = 0.0015, kForceBend = 0.01;
+// Of what finer elements say otherwise: what a body is that is not made of elements, and recordings of one that is.
+constexpr double kCorrectionMean = 0.35, kCorrectionSd = 0.35;
+
+std::size_t key_at_peak(const LoadPath& path) {
+  std::size_t peak = 0;
+  for (std::size_t k = 1; k < path.keys().size(); ++k)
+    if (path.keys()[k].load > path.keys()[peak].load + 1e-9) peak = k;
+  return peak;
+}
+
+// N, the largest force of a pad in a trial; 0 where none was seen.
+double peak_force(const RecordedTrial& trial, const Channels& channels, int pad) {
+  double peak = 0.0;
+  for (Eigen::Index f = 0; f < trial.seen.rows(); ++f) {
+    const double force = trial.seen.row(f).segment<3>(channels.of_force(pad)).norm();
+    if (std::isfinite(force)) peak = std::max(peak, force);
+  }
+  return peak;
+}
+
+// Pooled over the channels of a kind: a median of medians.
+void pool_noise(const Channels& channels, Eigen::VectorXd& noise) {
+  const auto pool = [&noise](int begin, int count) {
+    if (count == 0) return;
+    std::vector<double> all(noise.data() + begin, noise.data() + begin + count);
+    std::nth_element(all.begin(), all.begin() + count / 2, all.end());
+    noise.segment(begin, count).setConstant(all[static_cast<std::size_t>(count / 2)]);
+  };
+  pool(0, 3 * channels.markers);
+  pool(3 * channels.markers, 3 * channels.targets);
+  pool(3 * (channels.markers + channels.targets), 3 * channels.pads);
+}
+
+double force_ratio(const Eigen::RowVector3d& linear, const Eigen::RowVector3d& wanted) {
+  constexpr double kUnloaded = 0.02, kUsual = 0.75;  // N; of linear elements' excess
+  return linear.norm() > kUnloaded ? wanted.norm() / linear.norm() : kUsual;
+}
+
+}  // namespace
+
+ErrorModel error_model(const RecordedSession& session) {
+  const Channels channels = channels_of(session.scene);
+  Eigen::VectorXd stated(channels.count());
+  for (int c = 0; c < channels.count(); ++c) stated[c] = session.noise_of(c);
+  ErrorModel errors;
+  errors.noise = noise_seen(session.trials, stated);
+  pool_noise(channels, errors.noise);
+  errors.offset.setZero(channels.count());
+  errors.offset.head(3 * channels.markers).setConstant(kOffset);
+  errors.discretisation.setZero(static_cast<Eigen::Index>(session.trials.size()), channels.count());
+  errors.bend = errors.discretisation;
+  double largest = 0.0;
+  for (std::size_t k = 0; k < session.trials.size(); ++k)
+    for (int pad = 0; pad < channels.pads; ++pad) {
+      const double peak = peak_force(session.trials[k], channels, pad);
+      largest = std::max(largest, peak);
+      const auto row = static_cast<Eigen::Index>(k);
+      errors.discretisation.row(row).segment<3>(channels.of_force(pad)).setConstant(kForceShare * peak);
+      errors.bend.row(row).segment<3>(channels.of_force(pad)).setConstant(kForceBend * peak);
+    }
+  errors.noise.tail(3 * channels.pads).array() =
+      (errors.noise.tail(3 * channels.pads).array().square() + std::pow(kForceShape * largest, 2)).sqrt();
+  return errors;
+}
+
+FitData fit_data(const RecordedSession& session, double travel, FemElement element, const ErrorModel& errors,
+                 const std::atomic<bool>* stop) {
+  FitData data;
+  data.session = &session;
+  data.errors = errors;
+  data.element = element;
+  data.stop = stop;
+  const Channels channels = channels_of(session.scene);
+  for (std::size_t k = 0; k < session.trials.size(); ++k) {
+    data.paths.emplace_back(session.trials[k], session.scene, travel);
+    const auto keys = static_cast<Eigen::Index>(data.paths.back().keys().size());
+    data.correction.push_back(RowMatrix::Zero(keys, channels.count()));
+    data.force_factor.push_back(RowMatrix::Ones(keys, channels.pads));
+    const auto row = static_cast<Eigen::Index>(k);
+    const int seen = 3 * (channels.markers + channels.targets);
+    data.errors.discretisation.row(row).head(seen).setConstant(kMarkerShare * data.paths.back().peak_load());
+    data.errors.bend.row(row).head(seen).setConstant(kMarkerBend * data.paths.back().peak_load());
+  }
+  return data;
+}
+
+// What finer elements answer at the peak of each trial, into `exact`, in proportion to the load; scene: the session's,
+// but for its numbers.
+double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact) {
+  const Channels channels = channels_of(session.scene);
+  const int seen = 3 * (channels.markers + channels.targets);
+  std::vector<Eigen::RowVectorXd> differences(exact.paths.size()), factors(exact.paths.size());
+  const auto solve = [&](std::size_t k) {
+    PathSolver solver(scene, {});
+    PathAnswer answer;
+    const LoadPath& path = exact.paths[k];
+    if (!solver.solve(path, 0, {}, answer)) return;
+    const std::size_t peak = key_at_peak(path);
+    const FinerAnswer finer = finer_answer(scene, path.keys()[peak].pads, solver.positions(0)[peak]);
+    if (!finer.solved) return;
+    const Eigen::RowVectorXd coarse = answer.values.row(static_cast<Eigen::Index>(peak));
+    differences[k] = finer.values - coarse;
+    factors[k] = Eigen::RowVectorXd::Ones(channels.pads);
+    for (int pad = 0; pad < channels.pads; ++pad) {
+      const double force = coarse.segment<3>(channels.of_force(pad)).norm();
+      if (force > 1e-3) factors[k][pad] = finer.values.segment<3>(channels.of_force(pad)).norm() / force;
+    }
+  };
+  work.all(exact.paths.size(), solve, 0.05, 0.2,
+           [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
+  double square = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < exact.paths.size(); ++k) {
+    if (differences[k].size() == 0) continue;
+    const LoadPath& path = exact.paths[k];
+    for (std::size_t i = 0; i < path.keys().size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      exact.correction[k].row(row).head(seen) =
+          kCorrectionMean * path.keys()[i].load / path.peak_load() * differences[k].head(seen);
+      exact.force_factor[k].row(row) = factors[k].array().pow(kCorrectionMean);
+    }
+    square += std::pow(kCorrectionMean, 2) * differences[k].head(3 * channels.markers).squaredNorm();
+    count += 3.0 * channels.markers;
+  }
+  exact.correction_sd = kCorrectionSd / kCorrectionMean;
+  return count > 0.0 ? std::sqrt(square / count) : 0.0;
+}
+
+void correct_by_quadratic(FitData& fast) {
+  const RecordedSession& session = *fast.session;
+  const Channels channels = channels_of(session.scene);
+  PathSolver linear(session.scene, {}, FemElement::p1), quadratic(session.scene, {});
+  for (std::size_t k = 0; k < fast.paths.size(); ++k) {
+    PathAnswer by_linear, by_quadratic;
+    if (!linear.solve(fast.paths[k], 0, {}, by_linear) || !quadratic.solve(fast.paths[k], 0, {}, by_quadratic))
+      continue;
+    for (Eigen::Index i = 0; i < by_linear.values.rows(); ++i) {
+      fast.correction[k].row(i) = by_quadratic.values.row(i) - by_linear.values.row(i);
+      fast.correction[k].row(i).tail(3 * channels.pads).setZero();
+      for (int pad = 0; pad < channels.pads; ++pad) {
+        fast.force_factor[k](i, pad) = force_ratio(by_linear.values.row(i).segment<3>(channels.of_force(pad)),
+                                                   by_quadratic.values.row(i).segment<3>(channels.of_force(pad)));
+      }
+    }
+  }
+  fast.correction_sd = 0.05;
+}
+
+void rebase(const FitData& exact, const Fit& at, FitData& fast) {
+  const RecordedSession& session = *fast.session;
+  const Channels channels = channels_of(session.scene);
+  PathSolver linear(session.scene, at.hypothesis.effects, FemElement::p1);
+  for (const auto& [name, value] : at.hypothesis.fixed) linear.set_parameter(name, value);
+  for (const Unknown& unknown : at.unknowns)
+    if (unknown.source == Unknown::Source::body) linear.set_parameter(unknown.name, unknown.value);
+  const double share = at.unknowns.back().value;
+  for (std::size_t k = 0; k < fast.paths.size(); ++k) {
+    PathAnswer by_linear;
+    if (!linear.solve(fast.paths[k], 0, {}, by_linear)) continue;
+    for (Eigen::Index i = 0; i < by_linear.values.rows(); ++i) {
+      const PathPlace place = exact.paths[k].place(fast.paths[k].keys()[static_cast<std::size_t>(i)].time);
+      Eigen::RowVectorXd wanted = Eigen::RowVectorXd::Zero(channels.count());
+      for (std::size_t p = 0; p < place.keys.size(); ++p) {
+        Eigen::RowVectorXd answer =
+            at.answers[k].values.row(place.keys[p]) + share * exact.correction[k].row(place.keys[p]);
+        for (int pad = 0; pad < channels.pads; ++pad)
+          answer.segment<3>(channels.of_force(pad)) *= std::pow(exact.force_factor[k](place.keys[p], pad), share);
+        wanted += place.weights[p] * answer;
+      }
+      fast.correction[k].row(i) = wanted - by_linear.values.row(i);
+      fast.correction[k].row(i).tail(3 * channels.pads).setZero();
+      for (int pad = 0; pad < channels.pads; ++pad)
+        fast.force_factor[k](i, pad) = force_ratio(by_linear.values.row(i).segment<3>(channels.of_force(pad)),
+                                                   wanted.segment<3>(channels.of_force(pad)));
+    }
+  }
+}
+
+}  // namespace tissued::core

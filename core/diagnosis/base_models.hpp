@@ -1,0 +1,26 @@
+// The models of a session that all fits share: what is known to be wrong of each, and what makes the answers of coarse
+// elements those of finer ones.
+#pragma once
+
+#include "core/diagnosis/work.hpp"
+
+namespace tissued::core {
+
+// Noise as it is seen, markers' places, and what quadratic elements err in forces.
+ErrorModel error_model(const RecordedSession& session);
+
+// travel: mm between keys. Without any correction.
+FitData fit_data(const RecordedSession& session, double travel, FemElement element, const ErrorModel& errors,
+                 const std::atomic<bool>* stop);
+
+// What finer elements answer at the peak of each trial, into `exact`, in proportion to the load; scene: the session's,
+// but for its numbers. Returns what markers differ by, mm RMS.
+double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact);
+
+// Makes the answers of linear elements those of quadratic ones where nothing is left out.
+void correct_by_quadratic(FitData& fast);
+
+// Makes the answers of linear elements those of quadratic ones at a fit by these, wherever that lies.
+void rebase(const FitData& exact, const Fit& at, FitData& fast);
+
+}  // namespace tissued::core

@@ -1,0 +1,24 @@
+// What it does to a prediction that markers sit elsewhere than the scene has them: not only are they seen off by as
+// much, they ride on another spot of the skin, which near a pad moves by tenths of a millimetre more or less.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/diagnosis/likelihood.hpp"
+#include "core/diagnosis/load_path.hpp"
+
+namespace tissued::core {
+
+// (trials) (keys x 9 markers): of a marker's displacement by its place, columns 9 m + 3 j + i for component i by place
+// j; by quadratic elements with the scene's numbers. Zero in trials without an equilibrium, and of markers at the edge
+// of where the scene's checks let them be.
+std::vector<RowMatrix> placement_slopes(const Scene& scene, std::span<const LoadPath> paths);
+
+// Takes off the residuals of markers what their place accounts for, as far as it shows: the offset that is most likely
+// given the residuals, times the slopes.
+void take_off_placement(const ErrorModel& errors, const Channels& channels, std::span<const LoadPath> paths,
+                        std::span<const RowMatrix> slopes, const std::vector<RecordedTrial>& trials,
+                        std::vector<TrialResidual>& residuals);
+
+}  // namespace tissued::core

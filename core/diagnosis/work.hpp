@@ -1,0 +1,54 @@
+// Who does what, for how long, and what is told of it, while a search runs.
+#pragma once
+
+#include <omp.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "core/diagnosis/search.hpp"
+
+namespace tissued::core {
+
+// Jobs over threads, until time is over; what is said of them.
+class Work {
+ public:
+  explicit Work(const SearchOptions& options) : options_(&options), begin_(std::chrono::steady_clock::now()) {}
+
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  bool over() {
+    if (seconds() > options_->budget || (options_->interrupted != nullptr && options_->interrupted->load()))
+      stop = true;
+    return stop;
+  }
+  void tell(double share, const std::string& what) {
+    if (!options_->progress) return;
+    const std::lock_guard lock(mutex_);
+    share_ = std::max(share_, share);
+    options_->progress(share_, what);
+  }
+  // Independent jobs over the threads; none is begun when time is over.
+  void all(std::size_t count, const std::function<void(std::size_t)>& job, double from, double to,
+           const std::function<std::string(std::size_t)>& what) {
+    const int threads = options_->threads > 0 ? options_->threads : omp_get_num_procs();
+    std::size_t done = 0;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+    for (std::size_t i = 0; i < count; ++i) {
+      if (over()) continue;
+      job(i);
+      std::size_t now = 0;
+#pragma omp atomic capture
+      now = ++done;
+      tell(from + (to - from) * static_cast<double>(now) / static_cast<double>(count), what(i));
+    }
+  }
+  std::atomic<bool> stop{false};
+
+ private:
+  const SearchOptions* options_;
+  std::chrono::steady_clock::time_point begin_;
+  std::mutex mutex_;
+  double share_ = 0.0;
+};
+
+}  // namespace tissued::core
