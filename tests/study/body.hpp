@@ -14,8 +14,8 @@ struct Body {
   core::TetMesh mesh;  // groups base (z = 0) and skin (the rest)
 };
 
-// 40 to 120 mm along its longest side; some 350 to 700 tetrahedra, now and then up to 1500 (a truth takes eight times as
-// many).
+// 40 to 120 mm along its longest side; some 350 to 700 tetrahedra, now and then up to 1500 (a truth takes eight times
+// as many).
 Body random_body(Random& random);
 
 // Takes a round patch of the skin into a group of its own: facets within `radius` of `middle`. False, and nothing
