@@ -27,12 +27,12 @@ AdmmWorkspace::AdmmWorkspace(const Model& model, int thread_count)
       prescribed(static_cast<std::size_t>(model.holdable().count()), Eigen::Vector4d::Zero()),
       wanted(static_cast<std::size_t>(model.holdable().count()), Eigen::Vector4d::Zero()),
       threads(thread_count),
-      pads(model.scene().pads.size()) {
+      pads_(model.scene().pads.size()) {
   release_pads();
 }
 
 void AdmmWorkspace::release_pads() {
-  for (std::size_t group = 0; group < held_groups.size(); ++group) held_groups[group] = group < pads ? 0 : 1;
+  for (std::size_t group = 0; group < held_groups.size(); ++group) held_groups[group] = group < pads_ ? 0 : 1;
   std::fill(rotations.begin(), rotations.end(), Mat3::Identity());
   held.hold(held_groups, rotations);
   held.forget_forces();

@@ -33,12 +33,12 @@ struct AdmmWorkspace {
   int threads;
 
   AdmmWorkspace(const Model& model, int thread_count);
-  std::span<const std::uint8_t> held_pads() const { return std::span(held_groups).first(pads); }
+  std::span<const std::uint8_t> held_pads() const { return std::span(held_groups).first(pads_); }
   // As before the first step: no pad holds.
   void release_pads();
 
  private:
-  std::size_t pads;
+  std::size_t pads_;
 };
 
 // 0: one thread below the size where a second pays, else all there are.
