@@ -30,8 +30,8 @@ struct SearchResult {
 // The session must outlive the result.
 SearchResult search(const RecordedSession& session, const SearchOptions& options);
 
-// What is said needs that advantage over numbers alone, or that of a pair over its better half; measured on nulls of
-// our own (scripts/nulls).
+// What is said needs that advantage over numbers alone, or that of a pair over its better half; see
+// the thresholds of diagnosis.cpp.
 inline constexpr double kAccept = 20.0;
 
 // Natural logarithm of how much likelier the recordings are under a candidate than with numbers alone; what noise and
