@@ -1,5 +1,6 @@
 #include "daemon/explained_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -53,6 +54,7 @@ class ModelReader {
     for (std::size_t i = 0; i < effects.size(); ++i) add_effect(effects[i], "/effects/" + std::to_string(i), model);
     add_faults(member(all, "measurement", "/measurement"), model);
     add_offsets(member(all, "marker_offsets", "/marker_offsets"), model);
+    if (all.contains("left")) model.left = number(all, "left", "/left", 0.0, 1e3);
     return model;
   }
 
@@ -144,6 +146,20 @@ class ModelReader {
   const core::Scene* scene_;
 };
 
+// RMS of what is left at the markers beyond noise over the RMS of the load; none where no load was seen.
+std::optional<double> left_share(const core::Diagnosis& diagnosis) {
+  double square = 0.0, frames = 0.0;
+  for (const core::TrialCourse& course : diagnosis.courses) {
+    if (course.held_out != diagnosis.held_out_seen) continue;
+    for (double load : course.load) square += load * load;
+    frames += static_cast<double>(course.load.size());
+  }
+  const core::Misfits& misfits = diagnosis.held_out_seen ? diagnosis.held_out : diagnosis.trials;
+  const double excess = std::pow(misfits.explained.marker_mm, 2) - std::pow(diagnosis.noise_marker_mm, 2);
+  if (!(square > 0.0) || !std::isfinite(excess)) return std::nullopt;
+  return std::sqrt(std::max(0.0, excess) * frames / square);
+}
+
 }  // namespace
 
 void write_model(const core::Diagnosis& diagnosis, const core::Scene& scene, const std::filesystem::path& path) {
@@ -160,10 +176,10 @@ void write_model(const core::Diagnosis& diagnosis, const core::Scene& scene, con
     const auto offset = diagnosis.offset.segment<3>(3 * static_cast<Eigen::Index>(i));
     offsets[scene.markers[i].name] = {offset[0], offset[1], offset[2]};
   }
-  const json all{
-      {"format", kFormat},        {"bundle", diagnosis.bundle}, {"verdict", core::name_of(diagnosis.verdict)},
-      {"material", material},     {"effects", effects},         {"measurement", faults_json(fit, scene)},
-      {"marker_offsets", offsets}};
+  json all{{"format", kFormat},        {"bundle", diagnosis.bundle}, {"verdict", core::name_of(diagnosis.verdict)},
+           {"material", material},     {"effects", effects},         {"measurement", faults_json(fit, scene)},
+           {"marker_offsets", offsets}};
+  if (const auto left = left_share(diagnosis)) all["left"] = *left;
   std::ofstream file(path);
   file << all.dump(1) << '\n';
   file.close();
@@ -191,6 +207,12 @@ void apply_model(config::DaemonConfig& config) {
     for (const core::EffectParameter& parameter : effect->parameters())
       setting.values.push_back(fit.value(core::model_parameter(*effect, parameter)));
     config.simulator.effects.push_back(std::move(setting));
+  }
+  // What the filter supposes of a body that nobody diagnosed goes with its discrepancy.
+  constexpr double kLeast = 0.1;
+  if (core::FilterOptions& filter = config.simulator.filter; model.left && filter.discrepancy > 0.0) {
+    const double share = std::clamp(*model.left / filter.discrepancy, kLeast, 1.0);
+    for (double* size : {&filter.stiffness_sd, &filter.slip, &filter.discrepancy}) *size *= share;
   }
   const core::MeasurementFaults faults = core::faults_of(model.candidate.hypothesis, fit.unknowns);
   config.marker_delay = faults.latency;

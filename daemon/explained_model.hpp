@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "config/daemon_config.hpp"
 #include "core/diagnosis/diagnosis.hpp"
@@ -11,6 +12,9 @@ namespace tissued::daemon {
 struct ExplainedModel {
   core::Candidate candidate;
   Eigen::VectorXd offset;  ///< (channels of the scene) mm
+  /// Of the load: what the model leaves at the markers beyond noise, RMS, where it predicts if that was recorded. None:
+  /// as much as is supposed of a body that nobody diagnosed.
+  std::optional<double> left;
 };
 
 /// Writes model.json ("tissued-model/1"): the numbers of the material, effects by kind with all their numbers, faults
@@ -21,7 +25,8 @@ void write_model(const core::Diagnosis& diagnosis, const core::Scene& scene, con
 /// and limit.
 ExplainedModel read_model(const std::filesystem::path& path, const core::Scene& scene);
 
-/// Makes a configuration that names a model simulate it: material, effects, and the faults of the measurement to undo.
+/// Makes a configuration that names a model simulate it: material, effects, and the faults of the measurement to undo;
+/// the filter supposes as much less model error as the model has shown to leave less.
 /// Nothing where it names none. Throws as read_model.
 void apply_model(config::DaemonConfig& config);
 

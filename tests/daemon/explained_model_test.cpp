@@ -119,6 +119,34 @@ TEST_CASE("a configuration that names a model simulates it", "[diagnosis]") {
   CHECK(config.marker_correction(core::Vec3(1, 2, 3)).isApprox(core::Vec3(1, 2, 3)));
 }
 
+TEST_CASE("the filter supposes as much less as a model leaves less", "[diagnosis]") {
+  const core::Scene scene = demo();
+  const TemporaryFile file;
+  core::Diagnosis diagnosis = sample(scene);
+  const auto configured = [&] {
+    daemon::write_model(diagnosis, scene, file.path);
+    config::DaemonConfig config =
+        config::config_for_bundle(TISSUED_SOURCE_DIR "/config/demo", std::vector{"model=" + file.path.string()});
+    daemon::apply_model(config);
+    return config.simulator.filter;
+  };
+  const core::FilterOptions usual;
+  CHECK(configured().slip == usual.slip);  // no course, no load: nothing is known
+  diagnosis.noise_marker_mm = 0.3;
+  diagnosis.trials.explained.marker_mm = 0.5;  // 0.4 beyond noise
+  core::TrialCourse course;
+  course.load = {0.0, 80.0};  // RMS 80 / sqrt(2)
+  diagnosis.courses = {course};
+  const double share = 0.4 / (80.0 / std::sqrt(2.0)) / usual.discrepancy;
+  REQUIRE(share < 1.0);
+  CHECK(configured().slip == Approx(share * usual.slip));
+  CHECK(configured().stiffness_sd == Approx(share * usual.stiffness_sd));
+  diagnosis.trials.explained.marker_mm = 0.29;  // below noise: never nothing at all
+  CHECK(configured().discrepancy == Approx(0.1 * usual.discrepancy));
+  diagnosis.trials.explained.marker_mm = 50.0;  // never more than of a body that nobody diagnosed
+  CHECK(configured().discrepancy == Approx(usual.discrepancy));
+}
+
 TEST_CASE("a faulty registration of the markers is undone", "[diagnosis]") {
   const core::Scene scene = demo();
   const TemporaryFile file;
