@@ -12,7 +12,7 @@ namespace tissued::study {
 
 struct NullSession {
   std::uint64_t seed = 0;
-  int redraws = 0;  // of bodies whose truth has no equilibrium that Newton finds
+  int redraws = 0;  // of bodies without room for a pad, or whose truth has no equilibrium that Newton finds
   std::string shape;
   core::RecordedSession session;
   double youngs_modulus = 0.0, poissons_ratio = 0.0;  // kPa; true, where session.scene has the assumed ones

@@ -108,7 +108,8 @@ void summarise(const std::vector<NullRow>& rows, std::ostream& out) {
       out);
   double redraws = 0.0;
   for (const NullRow& row : rows) redraws += row.number("redraws");
-  out << "bodies drawn again, because their truth has no equilibrium: " << std::setprecision(0) << redraws << '\n';
+  out << "bodies drawn again, without room for a pad or without an equilibrium: " << std::setprecision(0) << redraws
+      << '\n';
   for (const NullRow& row : rows)
     if (is_false_alarm(row) || row.text("verdict") == "failed")
       out << "  seed " << row.seed << ": " << row.text("verdict") << " (" << row.text("findings") << "), advantage "
