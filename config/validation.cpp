@@ -1,5 +1,6 @@
 #include "config/validation.hpp"
 
+#include <mutex>
 #include <valijson/adapters/nlohmann_json_adapter.hpp>
 #include <valijson/schema.hpp>
 #include <valijson/schema_parser.hpp>
@@ -15,6 +16,9 @@ bool fits(const Json& document, std::string_view schema_text) {
   const nlohmann::json unordered = document;  // valijson's adapter knows this kind only
   valijson::Schema schema;
   valijson::SchemaParser().populateSchema(Adapter(schema_json), schema);
+  // Patterns are std::regex, and libstdc++'s fills a cache of the locale without a lock.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   return valijson::Validator().validate(schema, Adapter(unordered), nullptr);
 }
 

@@ -33,10 +33,19 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
     compare(k, unknowns, differentiate, answer, fit.residuals[k]);
     answer.by_parameter.clear();
   }
-  if (!data_->placement.empty())
-    take_off_placement(data_->errors, channels_of(data_->session->scene), data_->paths, data_->placement,
-                       data_->session->trials, fit.residuals);
+  if (!data_->placement.empty()) take_off(unknowns, differentiate, fit);
   return true;
+}
+
+// What the markers' places do; of derivatives where it matters, by faults that move all markers at once.
+void Evaluator::take_off(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) const {
+  const Channels channels = channels_of(data_->session->scene);
+  if (differentiate)
+    for (std::size_t j = 0; j < unknowns.size(); ++j)
+      if (unknowns[j].source == Unknown::Source::fault)
+        take_off_placement(data_->errors, channels, data_->paths, data_->placement, data_->session->trials,
+                           fit.residuals, j);
+  take_off_placement(data_->errors, channels, data_->paths, data_->placement, data_->session->trials, fit.residuals);
 }
 
 // Answers with forces as finer elements have them.

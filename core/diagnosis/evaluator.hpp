@@ -23,6 +23,7 @@ class Evaluator {
   bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit);
 
  private:
+  void take_off(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) const;
   RowMatrix scaled(int trial, double share, const RowMatrix& answers) const;
   void compare(int trial, const std::vector<Unknown>& unknowns, bool differentiate, const PathAnswer& answer,
                TrialResidual& out) const;

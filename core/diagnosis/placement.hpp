@@ -21,4 +21,10 @@ void take_off_placement(const ErrorModel& errors, const Channels& channels, std:
                         std::span<const RowMatrix> slopes, const std::vector<RecordedTrial>& trials,
                         std::vector<TrialResidual>& residuals);
 
+// Likewise off the derivatives of markers by one parameter: of what moves all markers at once, as a misregistration,
+// the most likely offset takes a part, and with it what that does.
+void take_off_placement(const ErrorModel& errors, const Channels& channels, std::span<const LoadPath> paths,
+                        std::span<const RowMatrix> slopes, const std::vector<RecordedTrial>& trials,
+                        std::vector<TrialResidual>& residuals, std::size_t parameter);
+
 }  // namespace tissued::core

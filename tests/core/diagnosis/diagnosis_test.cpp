@@ -66,6 +66,36 @@ TEST_CASE("a late stream is the measurement's fault", "[diagnosis]") {
   CHECK(diagnosis.findings[0].parameters[0].value[0] == Approx(0.06).margin(0.003));
 }
 
+TEST_CASE("a turned and shifted tracker is the measurement's fault", "[diagnosis]") {
+  TwinTruth truth;
+  truth.rotation = Vec3(0.0, 0.0, 0.035);  // 2 degrees
+  truth.shift = Vec3(1.5, -1.0, 0.0);
+  const Diagnosis diagnosis = diagnose(twin_session(truth, 7), quick());
+  CHECK(diagnosis.verdict == Verdict::measurement);
+  REQUIRE(kinds_of(diagnosis) == std::vector<std::string>{"registration"});
+  const FindingNumber &rotation = diagnosis.findings[0].parameters.at(0),
+                      &shift = diagnosis.findings[0].parameters.at(1);
+  CHECK(rotation.name == "rotation");
+  CHECK(rotation.unit == "deg");
+  CHECK(rotation.value[2] == Approx(2.0).margin(0.3));
+  CHECK(shift.name == "shift");
+  CHECK(shift.value[0] == Approx(1.5).margin(0.4));
+}
+
+TEST_CASE("a marker that moved on the skin is the measurement's fault, and named", "[diagnosis]") {
+  TwinTruth truth;
+  truth.slips = {{3, 1, 0.5, Vec3(1.2, -0.8, 0.2)}};  // in the second trial, on the way in
+  const RecordedSession session = twin_session(truth, 8);
+  const Diagnosis diagnosis = diagnose(session, quick());
+  CHECK(diagnosis.verdict == Verdict::measurement);
+  REQUIRE(kinds_of(diagnosis) == std::vector<std::string>{"marker-slip"});
+  REQUIRE(diagnosis.findings[0].parameters.size() == 1);
+  const FindingNumber& slip = diagnosis.findings[0].parameters[0];
+  CHECK(slip.name == session.scene.markers[3].name);
+  CHECK(slip.value[0] == Approx(1.2).margin(0.15));
+  CHECK(slip.value[1] == Approx(-0.8).margin(0.15));
+}
+
 TEST_CASE("a search that is interrupted says so and still reports", "[diagnosis]") {
   std::atomic<bool> interrupted{false};
   SearchOptions options = quick();

@@ -21,7 +21,7 @@ double normal(std::mt19937& generator) {
 }
 
 void record(const Scene& scene, const TwinTruth& truth, const RecordedSession& session, std::mt19937& generator,
-            RecordedTrial& trial) {
+            int index, RecordedTrial& trial) {
   std::vector<const Effect*> effects;
   for (const std::string& kind : truth.effects) effects.push_back(find_effect(kind));
   effects.insert(effects.end(), truth.others.begin(), truth.others.end());
@@ -32,7 +32,10 @@ void record(const Scene& scene, const TwinTruth& truth, const RecordedSession& s
   if (!solver.solve(path, 0, {}, answer)) throw ModelError(solver.trouble());
   MeasurementFaults faults;
   faults.latency = truth.latency;
-  trial.seen = recorded(trial, 0, path, scene, answer.values, faults);
+  faults.rotation = truth.rotation;
+  faults.shift = truth.shift;
+  faults.slips = truth.slips;
+  trial.seen = recorded(trial, index, path, scene, answer.values, faults);
   for (Eigen::Index f = 0; f < trial.seen.rows(); ++f)
     for (int c = 0; c < trial.seen.cols(); ++c) trial.seen(f, c) += session.noise_of(c) * normal(generator);
   const Channels channels = channels_of(scene);
@@ -74,8 +77,9 @@ RecordedSession twin_session(const TwinTruth& truth, unsigned seed) {
                     push_trial(session.scene, "second", {1}, 5.0, 8.0),
                     push_trial(session.scene, "quick", {0}, 5.0, 25.0)};
   session.held_out = {push_trial(session.scene, "both", {0, 1}, 4.0, 8.0)};
+  int index = 0;
   for (std::vector<RecordedTrial>* group : {&session.trials, &session.held_out})
-    for (RecordedTrial& trial : *group) record(session.scene, truth, session, generator, trial);
+    for (RecordedTrial& trial : *group) record(session.scene, truth, session, generator, index++, trial);
   return session;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/diagnosis/recorder.hpp"
 #include "core/diagnosis/session.hpp"
 #include "core/effects/effect.hpp"
 
@@ -16,6 +17,8 @@ struct TwinTruth {
   double latency = 0.0;                                 // s
   std::vector<const Effect*> others = {};               // that the library does not know
   double marker_noise = 0.1;                            // mm per axis
+  Vec3 rotation = Vec3::Zero(), shift = Vec3::Zero();   // rad and mm, of the tracker's frame
+  std::vector<SlippedMarker> slips = {};                // by the index of the trial; the held-out ones come last
 };
 
 // Three trials (each pad alone, then the first quickly) and one held out (both pads) of a small box: push, hold,
