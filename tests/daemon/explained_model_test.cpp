@@ -9,6 +9,7 @@
 #include "config/bundle.hpp"
 #include "config/config_error.hpp"
 #include "daemon/scene_loader.hpp"
+#include "tests/daemon/temporary_folder.hpp"
 
 using namespace tissued;
 
@@ -45,8 +46,8 @@ core::Diagnosis sample(const core::Scene& scene) {
 }
 
 struct TemporaryFile {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / "tissued-explained-model-test.json";
-  ~TemporaryFile() { std::filesystem::remove(path); }
+  TemporaryFolder folder;  // tests run side by side
+  std::filesystem::path path = folder.path() / "model.json";
 };
 
 }  // namespace
