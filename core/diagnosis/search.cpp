@@ -227,6 +227,7 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
     if (has_first && !work.over()) find_second(work, result);
   }
   result.complete = !work.stop;
+  for (FitData* data : {&result.coarse, &result.fast, &result.exact}) data->stop = nullptr;  // it was this search's
   return result;
 }
 

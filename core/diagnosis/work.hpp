@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <thread>
 
 #include "core/diagnosis/search.hpp"
 
@@ -13,7 +14,12 @@ namespace tissued::core {
 // Jobs over threads, until time is over; what is said of them.
 class Work {
  public:
-  explicit Work(const SearchOptions& options) : options_(&options), begin_(std::chrono::steady_clock::now()) {}
+  explicit Work(const SearchOptions& options) : options_(&options), begin_(std::chrono::steady_clock::now()) {
+    // A fit takes its time: what is under way must hear of the end, too.
+    watch_ = std::jthread([this](const std::stop_token& done) {
+      while (!done.stop_requested() && !over()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    });
+  }
 
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
   bool over() {
@@ -49,6 +55,7 @@ class Work {
   std::chrono::steady_clock::time_point begin_;
   std::mutex mutex_;
   double share_ = 0.0;
+  std::jthread watch_;  // last: ends before what it looks at
 };
 
 }  // namespace tissued::core
