@@ -178,6 +178,21 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   if (diagnosis.verdict != Verdict::no_mismatch) diagnosis.mismatch_map = map.of_tet;
 }
 
+// A search that was stopped before it found anything has not shown that there is nothing.
+void doubt(Diagnosis& diagnosis) {
+  constexpr double kMisfit = 1.3;  // of the noise
+  if (diagnosis.verdict != Verdict::no_mismatch ||
+      !(diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm))
+    return;
+  diagnosis.verdict = Verdict::unexplained;
+  Finding unknown;
+  unknown.kind = "unknown";
+  unknown.title = title_of("unknown");
+  unknown.summary = "The markers do not fit, and the search was stopped before an explanation was found.";
+  unknown.probability = 0.5;
+  diagnosis.findings.push_back(std::move(unknown));
+}
+
 }  // namespace
 
 std::string_view name_of(Verdict verdict) {
@@ -219,6 +234,7 @@ Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options)
   diagnosis.trials = fitted.misfits;
   diagnosis.courses = std::move(fitted.courses);
   diagnosis.markers = std::move(fitted.markers);
+  if (!result.complete) doubt(diagnosis);
   show_held_out(session, result, chosen, offsets, diagnosis);
   if (!diagnosis.alternatives.empty() && diagnosis.verdict != Verdict::no_mismatch)
     diagnosis.next_experiment = "To tell " + chosen.name() + " from " + diagnosis.alternatives.front().kind + ": " +

@@ -108,6 +108,17 @@ TEST_CASE("a search that is interrupted says so and still reports", "[diagnosis]
   CHECK_FALSE(diagnosis.remarks.empty());
 }
 
+TEST_CASE("a search that is stopped before it found anything does not say that there is nothing", "[diagnosis]") {
+  SearchOptions options = quick();
+  std::atomic<bool> interrupted{false};
+  options.interrupted = &interrupted;
+  options.progress = [&interrupted](double share, const std::string&) { interrupted = share > 0.29; };
+  const Diagnosis diagnosis = diagnose(twin_session({{{"gravity.gravity.x", 1.5}}, {"gravity"}}, 9), options);
+  REQUIRE_FALSE(diagnosis.complete);
+  CHECK(diagnosis.trials.explained.marker_mm > 1.3 * diagnosis.noise_marker_mm);
+  CHECK(diagnosis.verdict == Verdict::unexplained);
+}
+
 TEST_CASE("a diagnosis is the same for any number of threads", "[diagnosis]") {
   const RecordedSession session = twin_session({{{"gravity.gravity.x", 0.5}}, {"gravity"}}, 6);
   SearchOptions one = quick(), two = quick();
