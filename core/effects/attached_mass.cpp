@@ -35,16 +35,6 @@ class PointLoad : public WithNumbers<FemTerm> {
       at += shares_[a] * Eigen::Map<const Vec3>(x + 3 * nodes_of_entity(element_)[a]);
     return at;
   }
-  // Zeroes what is asked for of an element.
-  void clear(int element, const TermOutput& output) const {
-    const int n = nodes_per_entity();
-    if (output.energy != nullptr) output.energy[element] = 0.0;
-    if (output.residual != nullptr)
-      std::fill_n(output.residual + static_cast<std::ptrdiff_t>(element) * 3 * n, 3 * n, 0.0);
-    const int entries = 9 * pair_count(n);
-    if (output.tangent != nullptr)
-      std::fill_n(output.tangent + static_cast<std::ptrdiff_t>(element) * entries, entries, 0.0);
-  }
 
  private:
   void changed() override {
@@ -69,7 +59,7 @@ class PointInertia final : public PointLoad {
   void evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const override {
     const int n = nodes_per_entity();
     for (int e = begin; e < end; ++e) {
-      clear(e, output);
+      cleared(output, e, n);
       if (!carries(e)) continue;
       const Vec3 momentum = kilograms() * position(input.x);
       if (output.energy != nullptr) output.energy[e] = 0.5 * momentum.dot(position(input.x));
@@ -94,7 +84,7 @@ class PointWeight final : public PointLoad {
     const int n = nodes_per_entity();
     const Vec3 weight = kilograms() * kStandardGravity * vector(kGravity);
     for (int e = begin; e < end; ++e) {
-      clear(e, output);
+      cleared(output, e, n);
       if (!carries(e)) continue;
       if (output.energy != nullptr) output.energy[e] = -weight.dot(position(input.x));
       if (output.residual != nullptr)
