@@ -33,13 +33,6 @@ struct PadShape {
   double radius = 0.0;  // mm
 };
 
-// A dead force along a straight edge of the body.
-struct EdgeLoad {
-  std::array<core::Vec3, 2> edge;  // mm, tissue, ends
-  core::Vec3 force;                // N, of the load on the tissue
-  double mass = 0.0;               // g, what the model assumes; 0: weightless
-};
-
 struct TrialInfo {
   std::string name;
   std::filesystem::path file;    // of the recording, with the bundle's folder; whether it exists was not asked
@@ -47,7 +40,7 @@ struct TrialInfo {
   int held_until_frame = 0;      // from 0; the body is held at rest before it and free after
   std::optional<int> end_frame;  // from 0, exclusive; none: to the end of the file
   std::string start;             // shape at the start, e.g. "straight"; empty where nothing is said
-  std::vector<EdgeLoad> loads;
+  std::vector<core::EdgeLoad> loads;  // while the body is free
 };
 
 struct Bundle {

@@ -1,11 +1,13 @@
 #include "core/fem_dynamics.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace tissued::core {
 
-FemDynamics::FemDynamics(FemEquilibrium& equilibrium, const TimeScheme& scheme, const RayleighDamping& damping)
-    : equilibrium_(&equilibrium), scheme_(scheme), rates_(damping) {
+FemDynamics::FemDynamics(FemEquilibrium& equilibrium, const TimeScheme& scheme, const RayleighDamping& damping,
+                         std::vector<double> carried)
+    : equilibrium_(&equilibrium), scheme_(scheme), rates_(damping), carried_(std::move(carried)) {
   if (!(scheme.spectral_radius >= 0.0 && scheme.spectral_radius <= 1.0))
     throw ModelError("the spectral radius of generalized-alpha must be within 0 and 1");
   if (!(damping.mass >= 0.0 && damping.stiffness >= 0.0)) throw ModelError("Rayleigh damping must not be negative");
@@ -23,8 +25,10 @@ void FemDynamics::refresh() {
   equilibrium_->set_pads({});
   equilibrium_->terms(rest, 0.0, rest_state(model).history, residual, &damping_);
   const RayleighDamping own = model.damping();
+  for (std::size_t k = 0; k < carried_.size(); ++k) mass_[k] += carried_[k];
   for (std::size_t k = 0; k < damping_.size(); ++k)
     damping_[k] = (rates_.mass + own.mass) * mass_[k] + (rates_.stiffness + own.stiffness) * damping_[k];
+  is_damped_ = rates_.mass + own.mass > 0.0 || rates_.stiffness + own.stiffness > 0.0;
   matrix_.resize(mass_.size());
   revision_ = model.revision();
   dt_ = 0.0;
@@ -52,12 +56,16 @@ Eigen::VectorXd FemDynamics::damping_times(const Eigen::VectorXd& field) const {
 
 void FemDynamics::prepare(double dt) {
   if (revision_ != equilibrium_->model().revision()) refresh();
+  if (dt != dt_) equilibrium_->forget_factor();
+  sum_matrix(dt);
+}
+
+void FemDynamics::sum_matrix(double dt) {
   if (dt == dt_) return;
   dt_ = dt;
   const Coefficients c = coefficients(dt);
   for (std::size_t k = 0; k < matrix_.size(); ++k)
     matrix_[k] = (1.0 - c.mass_share) * c.acceleration * mass_[k] + (1.0 - c.force_share) * c.velocity * damping_[k];
-  equilibrium_->forget_factor();
 }
 
 void FemDynamics::start(FemState& state, const FemLoads& loads) {
@@ -76,42 +84,83 @@ void FemDynamics::start(FemState& state, const FemLoads& loads) {
   equilibrium_->forget_factor();
 }
 
-FemReport FemDynamics::step(FemState& state, const FemLoads& loads, double dt, const FemControl& control) {
-  prepare(dt);
+FemDynamics::Step FemDynamics::step_from(const FemState& state, const FemLoads& loads, double dt) const {
   const FemModel& model = equilibrium_->model();
-  const Coefficients c = coefficients(dt);
-  // a' = acceleration (x' - x) + a0, v' = velocity (x' - x) + v0.
-  Eigen::VectorXd a0 = -state.velocity / dt, v0 = Eigen::VectorXd::Zero(state.x.size());
+  Step step;
+  const Coefficients c = step.c = coefficients(dt);
+  step.a0 = -state.velocity / dt;
+  step.v0 = Eigen::VectorXd::Zero(state.x.size());
   if (scheme_.kind == TimeScheme::Kind::generalized_alpha) {
     const double gamma = c.velocity / (c.acceleration * dt), inverse_beta = c.acceleration * dt * dt;
-    a0 = -inverse_beta / dt * state.velocity - (0.5 * inverse_beta - 1.0) * state.acceleration;
-    v0 = state.velocity + dt * ((1.0 - gamma) * state.acceleration + gamma * a0);
+    step.a0 = -inverse_beta / dt * state.velocity - (0.5 * inverse_beta - 1.0) * state.acceleration;
+    step.v0 = state.velocity + dt * ((1.0 - gamma) * state.acceleration + gamma * step.a0);
   }
-  const Eigen::VectorXd external = external_forces(model, loads);
-  FemBalance balance;
+  step.external = external_forces(model, loads);
+  FemBalance& balance = step.balance;
   balance.scale = 1.0 - c.force_share;
   balance.time_step = dt;
   balance.matrix = &matrix_;
-  model.pattern().multiply(matrix_, -state.x, balance.offset);
-  balance.offset += mass_times((1.0 - c.mass_share) * a0 + c.mass_share * state.acceleration);
-  balance.offset += damping_times((1.0 - c.force_share) * v0 + c.force_share * state.velocity);
-  balance.offset += c.force_share * state.force - balance.scale * external;
+  // `matrix` takes x', not x' - x.
+  balance.offset =
+      mass_times((1.0 - c.mass_share) * (step.a0 - c.acceleration * state.x) + c.mass_share * state.acceleration);
+  if (is_damped_)
+    balance.offset +=
+        damping_times((1.0 - c.force_share) * (step.v0 - c.velocity * state.x) + c.force_share * state.velocity);
+  balance.offset += c.force_share * state.force - balance.scale * step.external;
+  return step;
+}
 
-  const FemHold hold = hold_of(model, loads.pads);
-  Eigen::VectorXd x = state.x;
-  FemReport report = equilibrium_->find(balance, hold, state.history, control, x);
-  if (!report.converged) return report;
+// force: what the terms balance at x, less the external forces.
+void FemDynamics::arrive(const Step& step, const Eigen::VectorXd& x, Eigen::VectorXd force, double dt,
+                         FemState& state) const {
   const Eigen::VectorXd moved = x - state.x;
   state.x = x;
-  state.acceleration = c.acceleration * moved + a0;
-  state.velocity = c.velocity * moved + v0;
-  state.hold = hold;
-  equilibrium_->terms(state.x, dt, state.history, state.force);
-  state.force -= external;
-  state.reaction = mass_times(state.acceleration) + damping_times(state.velocity) + state.force;
+  state.acceleration = step.c.acceleration * moved + step.a0;
+  state.velocity = step.c.velocity * moved + step.v0;
+  state.force = std::move(force);
+  state.reaction = mass_times(state.acceleration) + state.force;
+  if (is_damped_) state.reaction += damping_times(state.velocity);
   state.pressed = equilibrium_->pressed(state.x, dt, state.history);
   equilibrium_->accept(state.x, dt, state.history);
+}
+
+FemReport FemDynamics::step(FemState& state, const FemLoads& loads, double dt, const FemControl& control) {
+  prepare(dt);
+  const Step step = step_from(state, loads, dt);
+  const FemHold hold = hold_of(equilibrium_->model(), loads.pads);
+  Eigen::VectorXd x = state.x, force;
+  const FemReport report = equilibrium_->find(step.balance, hold, state.history, control, x);
+  if (!report.converged) return report;
+  state.hold = hold;
+  equilibrium_->terms(x, dt, state.history, force);
+  arrive(step, x, force - step.external, dt, state);
   return report;
+}
+
+std::optional<FemDynamics::Guide> FemDynamics::guide(const FemState& before, const FemState& after,
+                                                     const FemLoads& loads, double dt) {
+  prepare(dt);
+  const Step step = step_from(before, loads, dt);
+  if (!equilibrium_->factor_at(step.balance, after.x, before.history, after.hold)) return std::nullopt;
+  return Guide{after.x, equilibrium_->unbalanced(step.balance, after.x, before.history)};
+}
+
+void FemDynamics::follow(const Guide& guide, FemState& state, const FemLoads& loads, double dt) {
+  sum_matrix(dt);
+  const Step step = step_from(state, loads, dt);
+  const FemBalance& balance = step.balance;
+  state.hold = hold_of(equilibrium_->model(), loads.pads);
+  const Eigen::VectorXd more = equilibrium_->unbalanced(balance, guide.x, state.history) - guide.unbalanced;
+  const Eigen::VectorXd x = guide.x - equilibrium_->factor().solve(more);
+  // What the terms have to be there for the balance to be out by as much as the guide's; at held nodes they are not.
+  Eigen::VectorXd force;
+  if (loads.pads.empty()) {
+    equilibrium_->model().pattern().multiply(matrix_, x, force);
+    force = (guide.unbalanced - balance.offset - force) / balance.scale;
+  } else {
+    equilibrium_->terms(x, dt, state.history, force);
+  }
+  arrive(step, x, force - step.external, dt, state);
 }
 
 double FemDynamics::kinetic_energy(const FemState& state) const {

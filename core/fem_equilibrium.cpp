@@ -87,14 +87,18 @@ bool FemEquilibrium::evaluate(const Attempt& attempt, const Eigen::VectorXd& x, 
   return std::isfinite(energy);
 }
 
+void FemEquilibrium::tangent_at(const FemBalance& balance, const Eigen::VectorXd& x, const FemHistory& history) {
+  Eigen::VectorXd residual;
+  assembler_.evaluate(x, balance.time_step, history, residual, &values_);
+  for (std::size_t k = 0; k < values_.size(); ++k) {
+    values_[k] *= balance.scale;
+    if (balance.matrix != nullptr) values_[k] += (*balance.matrix)[k];
+  }
+}
+
 // Tangent and factor at x. Where the tangent is indefinite the diagonal is raised: still a direction of descent.
 bool FemEquilibrium::refactor(const Attempt& attempt, const Eigen::VectorXd& x, FemReport& report) {
-  Eigen::VectorXd residual;
-  assembler_.evaluate(x, attempt.balance.time_step, attempt.history, residual, &values_);
-  for (std::size_t k = 0; k < values_.size(); ++k) {
-    values_[k] *= attempt.balance.scale;
-    if (attempt.balance.matrix != nullptr) values_[k] += (*attempt.balance.matrix)[k];
-  }
+  tangent_at(attempt.balance, x, attempt.history);
   factor_held_ = attempt.hold.held;
   for (double shift : {0.0, 1e-3, 1e-2, 1e-1}) {
     ++report.factorizations;
@@ -103,12 +107,21 @@ bool FemEquilibrium::refactor(const Attempt& attempt, const Eigen::VectorXd& x, 
   return false;
 }
 
-bool FemEquilibrium::factor_at(const Eigen::VectorXd& x, double time_step, const FemHistory& history,
-                               const FemHold& hold, Eigen::VectorXd& residual) {
-  assembler_.evaluate(x, time_step, history, residual, &values_);
+bool FemEquilibrium::factor_at(const FemBalance& balance, const Eigen::VectorXd& x, const FemHistory& history,
+                               const FemHold& hold) {
+  tangent_at(balance, x, history);
   const bool is_definite = factor_.factorize(values_, hold.held);
   factor_held_ = is_definite ? hold.held : std::vector<std::uint8_t>();
   return is_definite;
+}
+
+Eigen::VectorXd FemEquilibrium::unbalanced(const FemBalance& balance, const Eigen::VectorXd& x,
+                                           const FemHistory& history) {
+  const FemHold none;
+  const FemControl control;
+  Eigen::VectorXd residual;
+  evaluate({balance, none, history, control, balance.offset}, x, residual);
+  return residual;
 }
 
 void FemEquilibrium::blame(FemTrouble trouble, const Eigen::VectorXd& where, FemReport& report) const {

@@ -73,10 +73,11 @@ class FemEquilibrium {
                                 const FemHistory& history) const;
   // The state at x follows on `history` after time_step, which becomes its own.
   void accept(const Eigen::VectorXd& x, double time_step, FemHistory& history) const;
-  // Factors the tangent of the terms at x, to be used for derivatives there; the next solve begins with it. False where
-  // it is not definite.
-  bool factor_at(const Eigen::VectorXd& x, double time_step, const FemHistory& history, const FemHold& hold,
-                 Eigen::VectorXd& residual);
+  // Factors the tangent of the balance at x, to be used for derivatives there; the next solve begins with it. Pads are
+  // those of the last `find` or `set_pads`. False where it is not definite.
+  bool factor_at(const FemBalance& balance, const Eigen::VectorXd& x, const FemHistory& history, const FemHold& hold);
+  // (3n) mN, what is out of balance at x.
+  Eigen::VectorXd unbalanced(const FemBalance& balance, const Eigen::VectorXd& x, const FemHistory& history);
   // The next solve begins with a tangent of its own: the balance became another one.
   void forget_factor() { factor_held_.clear(); }
   FemAssembler& assembler() { return assembler_; }
@@ -86,6 +87,7 @@ class FemEquilibrium {
  private:
   struct Attempt;
   bool evaluate(const Attempt& attempt, const Eigen::VectorXd& x, Eigen::VectorXd& residual);
+  void tangent_at(const FemBalance& balance, const Eigen::VectorXd& x, const FemHistory& history);
   bool refactor(const Attempt& attempt, const Eigen::VectorXd& x, FemReport& report);
   bool attempt_load(const Attempt& attempt, const Eigen::VectorXd& increment, Eigen::VectorXd& x, FemReport& report);
   bool correct(const Attempt& attempt, Eigen::VectorXd& x, Eigen::VectorXd& residual, FemReport& report);

@@ -1,5 +1,7 @@
 #include "core/fem_gravity.hpp"
 
+#include <algorithm>
+
 namespace tissued::core {
 
 namespace {
@@ -19,9 +21,17 @@ void FemGravity::weigh(int element, const Vec3& force, double* residual) const {
 
 void FemGravity::evaluate(int begin, int end, const TermInput& input, const TermOutput& output) const {
   const int rows = 3 * nodes_per_entity();
-  std::array<double, 3 * kMostElementNodes> residual;
+  std::array<double, 3 * kMostElementNodes> residual{};
+  const Vec3 force = density_ * kForcePerDensity * gravity_;
+  if (force.isZero()) {
+    if (output.residual != nullptr)
+      std::fill_n(output.residual + static_cast<std::ptrdiff_t>(begin) * rows,
+                  static_cast<std::ptrdiff_t>(end - begin) * rows, 0.0);
+    if (output.energy != nullptr) std::fill(output.energy + begin, output.energy + end, 0.0);
+    return;
+  }
   for (int e = begin; e < end; ++e) {
-    weigh(e, density_ * kForcePerDensity * gravity_, residual.data());
+    weigh(e, force, residual.data());
     if (output.residual != nullptr)
       std::copy_n(residual.begin(), rows, output.residual + static_cast<std::ptrdiff_t>(e) * rows);
     if (output.energy == nullptr) continue;

@@ -114,7 +114,13 @@ std::vector<double> shares_of(const FemMesh& mesh, const SurfaceGroup& group) {
 
 FemPoint fem_point(const FemMesh& mesh, const MaterialPoint& point) {
   FemPoint out;
-  const ShapeValues values = shape_values(mesh.element, point.weights);
+  std::array<double, 4> foot = point.weights;
+  for (std::size_t k = 0; k < 4; ++k) foot[k] -= point.stalk[k];
+  ShapeValues values = shape_values(mesh.element, foot);
+  // Beyond the body in a straight line: along the element's slope at the foot.
+  const ShapeSlopes slopes = shape_slopes(mesh.element, foot);
+  for (std::size_t a = 0; a < values.size(); ++a)
+    for (std::size_t k = 0; k < 4; ++k) values[a] += slopes[a][k] * point.stalk[k];
   const auto add = [&](int node, double weight) {
     out.nodes[out.count] = node;
     out.weights[out.count++] = weight;

@@ -43,6 +43,9 @@ struct MaterialPoint {
   std::array<double, 4> weights{};
   int count = 0;
   double distance = 0.0;  // mm, from the point asked for to the material point
+  // Of what stands off the body and turns with it: how far it is from the body's point, in the coordinates that
+  // `weights` are; weights include it. Sums to 0.
+  std::array<double, 4> stalk{};
 };
 
 Vec3 rest_position(const TetMesh& mesh, const MaterialPoint& point);

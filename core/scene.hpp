@@ -1,6 +1,7 @@
 // What a simulation is told: the body, what holds it, what pushes it, what is seen of it and what is asked about it.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,13 @@ struct Marker {
 struct Target {
   std::string name;
   Vec3 rest;  // mm, tissue; inside, exact
+};
+
+// A dead load along a straight edge of the body, such as a weight that lies on it.
+struct EdgeLoad {
+  std::array<Vec3, 2> edge;  // mm, tissue, at rest: its ends
+  Vec3 force;                // N, on the tissue
+  double mass = 0.0;         // g, that moves with it; its weight is among `force`
 };
 
 struct Scene {

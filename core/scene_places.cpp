@@ -1,5 +1,7 @@
 #include "core/scene_places.hpp"
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <cstdio>
 
 namespace tissued::core {
@@ -7,6 +9,7 @@ namespace tissued::core {
 namespace {
 
 constexpr double kMarkerReach = 20.0;  // mm; markers may stand on stalks, further off is a wrong coordinate frame
+constexpr double kStalk = 2.0;         // mm; nearer, it is the skin that is faceted, or the place that is not exact
 constexpr double kTargetReach = 0.5;   // mm; a faceted skin cuts a little off a round body
 
 std::string format_mm(double value) {
@@ -23,6 +26,30 @@ std::vector<Triangle> marker_facets(const Scene& scene) {
     if (const SurfaceGroup* group = scene.mesh.find_surface(pad.surface))
       facets.insert(facets.end(), group->triangles.begin(), group->triangles.end());
   return facets.empty() ? boundary_of(scene.mesh) : facets;
+}
+
+// The tetrahedron behind a facet.
+const Tet& behind(const TetMesh& mesh, const MaterialPoint& point) {
+  const auto has = [](const Tet& tet, int node) { return std::find(tet.begin(), tet.end(), node) != tet.end(); };
+  return *std::find_if(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& tet) {
+    return std::all_of(point.nodes.begin(), point.nodes.begin() + point.count,
+                       [&](int node) { return has(tet, node); });
+  });
+}
+
+std::array<double, 4> barycentric_in(const TetMesh& mesh, const Tet& tet, const Vec3& position) {
+  Mat3 edges;
+  for (int a = 0; a < 3; ++a) edges.col(a) = mesh.node(tet[a + 1]) - mesh.node(tet[0]);
+  const Vec3 local = edges.inverse() * (position - mesh.node(tet[0]));
+  return {1.0 - local.sum(), local[0], local[1], local[2]};
+}
+
+MaterialPoint on_stalk(const TetMesh& mesh, const MaterialPoint& foot, const Vec3& position) {
+  const Tet& tet = behind(mesh, foot);
+  MaterialPoint point{tet, barycentric_in(mesh, tet, position), 4, foot.distance};
+  const std::array<double, 4> below = barycentric_in(mesh, tet, rest_position(mesh, foot));
+  for (std::size_t k = 0; k < 4; ++k) point.stalk[k] = point.weights[k] - below[k];
+  return point;
 }
 
 }  // namespace
@@ -56,6 +83,7 @@ std::vector<MaterialPoint> points_of_markers(const Scene& scene) {
     if (!(points.back().distance <= kMarkerReach))
       throw ModelError("marker " + marker.name + " is " + format_mm(points.back().distance) + " off the skin (limit " +
                        format_mm(kMarkerReach) + ")");
+    if (points.back().distance > kStalk) points.back() = on_stalk(scene.mesh, points.back(), marker.rest);
   }
   return points;
 }

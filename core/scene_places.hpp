@@ -14,7 +14,8 @@ void check_scene(const Scene& scene);
 // Throws ModelError where the mesh has no such group; `what` needs it, in words.
 const SurfaceGroup& surface_of(const TetMesh& mesh, const std::string& name, const std::string& what);
 
-// The closest points of the skin and the pads; markers may stand on stalks. Throws ModelError where one is too far off.
+// The closest points of the skin and the pads; a marker that stands off by more than it may be placed wrongly is on a
+// stalk that turns with the tissue. Throws ModelError where one is too far off.
 std::vector<MaterialPoint> points_of_markers(const Scene& scene);
 
 // Throws ModelError where a target lies outside the body.

@@ -45,8 +45,6 @@ core::Diagnosis diagnose_bundle(const std::string& folder, const fs::path& out, 
                                 const std::atomic<bool>& interrupted,
                                 const std::function<void(double, const std::string&)>& progress) {
   const config::Bundle bundle = config::load_bundle(folder);
-  if (bundle.dynamic)
-    throw std::runtime_error(folder + ": a dynamic bundle; only quasi-static recordings are diagnosed");
   const core::RecordedSession session = load_session(bundle);
   fs::create_directories(out);
   core::SearchOptions search;

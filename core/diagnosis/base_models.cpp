@@ -15,6 +15,9 @@ constexpr double kForceShare = 0.03;     // of the peak force, likewise
 constexpr double kForceShape = 0.004;    // of the peak force: what is noise to all that follows
 // Of the load and of the peak force: what quadratic elements may err beside what goes with the load, half way there.
 constexpr double kMarkerBend = 0.0015, kForceBend = 0.01;
+// Of the largest displacement, RMS over trials: to what share a swing is to be explained; and for how long, s, a
+// model that errs errs alike.
+constexpr double kMotionShare = 0.02, kCorrelated = 0.08;
 // Of what finer elements say otherwise: what a body is that is not made of elements, and recordings of one that is.
 constexpr double kCorrectionMean = 0.35, kCorrectionSd = 0.35;
 
@@ -46,6 +49,27 @@ void pool_noise(const Channels& channels, Eigen::VectorXd& noise) {
   pool(0, 3 * channels.markers);
   pool(3 * channels.markers, 3 * channels.targets);
   pool(3 * (channels.markers + channels.targets), 3 * channels.pads);
+}
+
+FitData fit_data(const RecordedSession& session, std::vector<LoadPath> paths, FemElement element,
+                 const ErrorModel& errors, const std::atomic<bool>* stop) {
+  FitData data;
+  data.session = &session;
+  data.paths = std::move(paths);
+  data.errors = errors;
+  data.element = element;
+  data.stop = stop;
+  const Channels channels = channels_of(session.scene);
+  for (std::size_t k = 0; k < session.trials.size(); ++k) {
+    const auto keys = static_cast<Eigen::Index>(data.paths[k].keys().size());
+    data.correction.push_back(RowMatrix::Zero(keys, channels.count()));
+    data.force_factor.push_back(RowMatrix::Ones(keys, channels.pads));
+    const auto row = static_cast<Eigen::Index>(k);
+    const int seen = 3 * (channels.markers + channels.targets);
+    data.errors.discretisation.row(row).head(seen).setConstant(kMarkerShare * data.paths[k].peak_load());
+    data.errors.bend.row(row).head(seen).setConstant(kMarkerBend * data.paths[k].peak_load());
+  }
+  return data;
 }
 
 double force_ratio(const Eigen::RowVector3d& linear, const Eigen::RowVector3d& wanted) {
@@ -82,23 +106,27 @@ ErrorModel error_model(const RecordedSession& session) {
 
 FitData fit_data(const RecordedSession& session, double travel, FemElement element, const ErrorModel& errors,
                  const std::atomic<bool>* stop) {
-  FitData data;
-  data.session = &session;
-  data.errors = errors;
-  data.element = element;
-  data.stop = stop;
-  const Channels channels = channels_of(session.scene);
-  for (std::size_t k = 0; k < session.trials.size(); ++k) {
-    data.paths.emplace_back(session.trials[k], session.scene, travel);
-    const auto keys = static_cast<Eigen::Index>(data.paths.back().keys().size());
-    data.correction.push_back(RowMatrix::Zero(keys, channels.count()));
-    data.force_factor.push_back(RowMatrix::Ones(keys, channels.pads));
-    const auto row = static_cast<Eigen::Index>(k);
-    const int seen = 3 * (channels.markers + channels.targets);
-    data.errors.discretisation.row(row).head(seen).setConstant(kMarkerShare * data.paths.back().peak_load());
-    data.errors.bend.row(row).head(seen).setConstant(kMarkerBend * data.paths.back().peak_load());
+  std::vector<LoadPath> paths;
+  for (const RecordedTrial& trial : session.trials) paths.emplace_back(trial, session.scene, travel);
+  return fit_data(session, std::move(paths), element, errors, stop);
+}
+
+FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const ErrorModel& errors,
+                 const std::atomic<bool>* stop) {
+  std::vector<LoadPath> paths;
+  double square = 0.0;
+  for (const RecordedTrial& trial : session.trials) {
+    paths.emplace_back(trial, session.scene, steps);
+    square += std::pow(paths.back().peak_load(), 2) / static_cast<double>(session.trials.size());
   }
-  return data;
+  ErrorModel swinging = errors;
+  // What a model errs swings with the body: neighbouring frames err alike.
+  const double period = kCorrelated * session.scene.rate;
+  swinging.noise.head(3 * channels_of(session.scene).markers).array() =
+      (errors.noise.head(3 * channels_of(session.scene).markers).array().square() +
+       period * kMotionShare * kMotionShare * square)
+          .sqrt();
+  return fit_data(session, std::move(paths), FemElement::p2, swinging, stop);
 }
 
 // What finer elements answer at the peak of each trial, into `exact`, in proportion to the load; scene: the session's,

@@ -13,6 +13,10 @@ ErrorModel error_model(const RecordedSession& session);
 FitData fit_data(const RecordedSession& session, double travel, FemElement element, const ErrorModel& errors,
                  const std::atomic<bool>* stop);
 
+// Likewise of a session with motions, by quadratic elements.
+FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const ErrorModel& errors,
+                 const std::atomic<bool>* stop);
+
 // What finer elements answer at the peak of each trial, into `exact`, in proportion to the load; scene: the session's,
 // but for its numbers. Returns what markers differ by, mm RMS.
 double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact);

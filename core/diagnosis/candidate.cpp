@@ -73,6 +73,36 @@ std::vector<SlippedMarker> slipped_markers(const RecordedSession& session, const
   return slips;
 }
 
+// Those of an effect with many starts that are far from each other, of which so many are kept.
+void thin_out(std::vector<Values>& starts, std::size_t most) {
+  std::vector<Values> kept;
+  for (std::size_t i = 0; i < std::min(most, starts.size()); ++i)
+    kept.push_back(starts[i * starts.size() / std::min(most, starts.size())]);
+  starts = std::move(kept);
+}
+
+// The load of the largest force in any trial; nullptr: none.
+const EdgeLoad* largest_load(const RecordedSession& session) {
+  const EdgeLoad* largest = nullptr;
+  for (const RecordedTrial& trial : session.trials)
+    for (const EdgeLoad& load : trial.motion->loads)
+      if (largest == nullptr || load.force.norm() > largest->force.norm()) largest = &load;
+  return largest;
+}
+
+// What a load weighs is known, what it resists being moved with is not.
+void set_load(const EdgeLoad& load, Candidate& mass) {
+  const Vec3 middle = 0.5 * (load.edge[0] + load.edge[1]);
+  Values& start = mass.starts.front();
+  mass.starts.resize(1);
+  mass.hypothesis.fixed.clear();
+  for (auto& [name, value] : start) {
+    if (name == "attached-mass.mass") continue;
+    value = name == "attached-mass.load" ? load.force.norm() : middle[name.back() - 'x'];
+    mass.hypothesis.fixed.emplace_back(name, value);
+  }
+}
+
 }  // namespace
 
 std::string Candidate::name() const {
@@ -85,6 +115,21 @@ Candidate numbers_candidate() {
   Candidate candidate;
   candidate.starts = {{}};
   return candidate;
+}
+
+std::vector<Candidate> motion_candidates(const RecordedSession& session) {
+  constexpr std::size_t kMostStarts = 3;
+  std::vector<Candidate> candidates;
+  for (const Effect* effect : effects()) {
+    if (effect->kind() == "parameters" || (effect->kind() == "sliding-actuator" && session.scene.pads.empty()))
+      continue;
+    candidates.push_back(effect_candidate(*effect, session.scene));
+    thin_out(candidates.back().starts, kMostStarts);
+    const EdgeLoad* load = largest_load(session);
+    if (effect->kind() == "attached-mass" && load != nullptr) set_load(*load, candidates.back());
+  }
+  for (Candidate& candidate : candidates) candidate.hypothesis.releases = static_cast<int>(session.trials.size());
+  return candidates;
 }
 
 std::vector<Candidate> single_candidates(const RecordedSession& session, const FitData& data, const Fit& numbers) {
@@ -111,7 +156,7 @@ std::vector<Candidate> single_candidates(const RecordedSession& session, const F
   return candidates;
 }
 
-Candidate pair_candidate(const Candidate& first, const Candidate& second) {
+Candidate extended(const Candidate& first, const Candidate& second) {
   Candidate pair = first;
   pair.fast = pair.exact = Fit();
   pair.promises.clear();

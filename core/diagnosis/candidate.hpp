@@ -23,8 +23,10 @@ struct Candidate {
 Candidate numbers_candidate();
 // Every effect that the session can show, every fault of measurement, one at a time.
 std::vector<Candidate> single_candidates(const RecordedSession& session, const FitData& data, const Fit& numbers);
-// Two that both have been fitted, begun where those ended.
-Candidate pair_candidate(const Candidate& first, const Candidate& second);
+// Likewise of a session of motions; latency is not told from when a body was let go.
+std::vector<Candidate> motion_candidates(const RecordedSession& session);
+// One that was fitted and, added to it, another one with all of its starts.
+Candidate extended(const Candidate& first, const Candidate& second);
 
 // Numbers of a fit, to begin another one with; the share of discretisation is not among them, because it means another
 // thing to elements of another kind.

@@ -10,6 +10,10 @@ namespace {
 
 constexpr double kTravel = 2.0;  // mm between the keys of a path
 
+LoadPath path_of(const RecordedTrial& trial, const Scene& scene) {
+  return trial.motion ? LoadPath(trial, scene, MotionSteps{period_of(trial) / 26.0}) : LoadPath(trial, scene, kTravel);
+}
+
 // Root mean squares over frames x channels of a kind, where markers sit taken off.
 Misfit misfit_of(const std::vector<RowMatrix>& residuals, const Channels& channels, const Eigen::VectorXd& offset) {
   std::array<double, 3> square{}, count{};
@@ -85,7 +89,7 @@ Comparison compare(const Scene& scene, const std::vector<RecordedTrial>& trials,
                  misfit_of(residuals.parameters, channels, offsets[1]),
                  misfit_of(residuals.explained, channels, offsets[2])};
   for (std::size_t k = 0; k < trials.size(); ++k) {
-    const LoadPath path(trials[k], scene, kTravel);
+    const LoadPath path = path_of(trials[k], scene);
     TrialCourse course;
     course.name = trials[k].name;
     course.time = trials[k].time;
@@ -108,7 +112,7 @@ RowMatrix predict(const Scene& scene, const RecordedTrial& trial, const Candidat
   for (const Unknown& unknown : model.best().unknowns)
     if (unknown.source == Unknown::Source::body) solver.set_parameter(unknown.name, unknown.value);
   const MeasurementFaults faults = faults_of(model.hypothesis, model.best().unknowns);
-  const LoadPath path(trial, scene, kTravel);
+  const LoadPath path = path_of(trial, scene);
   PathAnswer answer;
   if (!solver.solve(path, 0, {}, answer)) throw ModelError(trial.name + ": " + solver.trouble());
   // Markers that slipped did so before a trial that is predicted.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/disturbance.hpp"
 #include "core/diagnosis/words.hpp"
 
@@ -35,25 +36,32 @@ bool numbers_differ(const Fit& fit, const Scene& scene) {
          (ratio > kRatioOff && ratio > 3.0 * fit.sd("poissons_ratio"));
 }
 
-// The candidate that is believed: numbers alone, one effect, or two.
+// The candidate that is believed: numbers alone, one effect, or more.
 const Candidate& chosen_of(const SearchResult& result) {
-  if (result.singles.empty() || advantage(result, result.singles.front()) < kAccept) return result.numbers;
-  const Candidate& single = result.singles.front();
-  if (result.pairs.empty()) return single;
-  const double gain = advantage(result, result.pairs.front()) - advantage(result, single);
-  return result.pairs.front().exact.solved && gain > kAccept ? result.pairs.front() : single;
+  const Candidate* chosen = &result.numbers;
+  double best = 0.0;
+  for (std::size_t r = 0; r < result.rounds.size() && !result.rounds[r].empty(); ++r) {
+    const Candidate& likeliest = result.rounds[r].front();
+    const bool is_judged = r == 0 || result.compares_fast || likeliest.exact.solved;
+    if (!is_judged || advantage(result, likeliest) < best + kAccept) break;
+    chosen = &likeliest;
+    best = advantage(result, likeliest);
+  }
+  return *chosen;
 }
 
 Grounds grounds_of(const SearchResult& result, double structure) {
   Grounds grounds;
   grounds.structure = structure;
-  if (result.singles.empty()) return grounds;
-  const Candidate& single = result.singles.front();
+  if (result.rounds.empty() || result.rounds[0].empty()) return grounds;
+  const Candidate& single = result.rounds[0].front();
   grounds.likeliest = single.name();
   grounds.advantage = advantage(result, single);
-  if (result.pairs.empty() || !result.pairs.front().exact.solved) return grounds;
-  grounds.likeliest_pair = result.pairs.front().name();
-  grounds.pair_gain = advantage(result, result.pairs.front()) - grounds.advantage;
+  if (result.rounds.size() < 2 || result.rounds[1].empty()) return grounds;
+  const Candidate& pair = result.rounds[1].front();
+  if (!pair.exact.solved && !result.compares_fast) return grounds;
+  grounds.likeliest_pair = pair.name();
+  grounds.pair_gain = advantage(result, pair) - grounds.advantage;
   return grounds;
 }
 
@@ -67,9 +75,10 @@ double probability_of(const std::string& kind, const SearchResult& result, const
     if (std::find(candidate.kinds.begin(), candidate.kinds.end(), kind) != candidate.kinds.end()) with += weight;
   };
   add(result.numbers, 0.0);
-  for (const std::vector<Candidate>* group : {&result.singles, &result.pairs})
-    for (const Candidate& candidate : *group)
-      if (candidate.exact.solved || !chosen.exact.solved) add(candidate, advantage(result, candidate));
+  for (const std::vector<Candidate>& round : result.rounds)
+    for (const Candidate& candidate : round)
+      if (result.compares_fast || candidate.exact.solved || !chosen.exact.solved)
+        add(candidate, advantage(result, candidate));
   // Nobody who has seen some dozens of cases may be surer.
   return all > 0.0 ? std::clamp(with / all, 1.0 - kSurest, kSurest) : 0.0;
 }
@@ -125,9 +134,10 @@ void name_alternatives(const SearchResult& result, const Candidate& chosen, Diag
     all += weights.back().second;
   };
   add(result.numbers, 0.0);
-  for (const std::vector<Candidate>* group : {&result.singles, &result.pairs})
-    for (const Candidate& candidate : *group)
-      if (candidate.exact.solved || !chosen.exact.solved) add(candidate, advantage(result, candidate));
+  for (const std::vector<Candidate>& round : result.rounds)
+    for (const Candidate& candidate : round)
+      if (result.compares_fast || candidate.exact.solved || !chosen.exact.solved)
+        add(candidate, advantage(result, candidate));
   for (const auto& [candidate, weight] : weights)
     if (candidate != &chosen && weight / all > kSaid)
       diagnosis.alternatives.push_back({candidate->name(), weight / all, candidate->best().chi_square});
@@ -137,8 +147,8 @@ void name_alternatives(const SearchResult& result, const Candidate& chosen, Diag
 void judge(const SearchResult& result, const Candidate& chosen, const RecordedSession& session, Diagnosis& diagnosis) {
   const Scene& scene = session.scene;
   const Channels channels = channels_of(scene);
-  const std::array<double, 3> left =
-      structure_left(result.exact.errors, channels, pointers_to(chosen.best().residuals));
+  const std::array<double, 3> left = structure_left(result.exact.errors, channels, pointers_to(chosen.best().residuals),
+                                                    session.is_dynamic() ? 1 : 15);
   diagnosis.grounds = grounds_of(result, left[0]);
   const bool unexplained = left[0] > kStructure;
   for (const std::string& kind : chosen.kinds) {
@@ -222,7 +232,7 @@ Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options)
   const Candidate& chosen = chosen_of(result);
   judge(result, chosen, session, diagnosis);
   name_alternatives(result, chosen, diagnosis);
-  diagnosis.noise_marker_mm = result.exact.errors.noise[0];
+  diagnosis.noise_marker_mm = session.is_dynamic() ? error_model(session).noise[0] : result.exact.errors.noise[0];
   diagnosis.noise_force_N = session.force_noise;
   diagnosis.discretisation_marker_mm = result.discretisation_mm;
   const std::array<Eigen::VectorXd, 3> offsets{offset_of(result.exact, result.assumed),

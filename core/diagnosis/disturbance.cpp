@@ -42,11 +42,10 @@ Eigen::MatrixXd compliance(PathSolver& solver, const LoadPath& path) {
   const FemModel& model = solver.model();
   FemEquilibrium& equilibrium = solver.equilibrium();
   const FemHistory at_rest = rest_state(model).history;
-  Eigen::VectorXd residual;
-  if (!equilibrium.factor_at(solver.positions(0)[peak], 0.0, at_rest, hold_of(model, path.keys()[peak].pads), residual))
-    return {};
+  const Eigen::VectorXd& x = solver.positions(0)[peak];
+  if (!equilibrium.factor_at(FemBalance{}, x, at_rest, hold_of(model, path.keys()[peak].pads))) return {};
   const std::vector<FemPoint>& points = model.marker_points();
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(residual.size(), 3 * static_cast<Eigen::Index>(points.size()));
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(x.size(), 3 * static_cast<Eigen::Index>(points.size()));
   for (std::size_t m = 0; m < points.size(); ++m)
     for (int a = 0; a < points[m].count; ++a)
       for (Eigen::Index axis = 0; axis < 3; ++axis)
@@ -111,6 +110,7 @@ MismatchMap mapped(const TetMesh& mesh, const std::vector<double>& gain) {
 MismatchMap disturbance_map(const FitData& data, const Fit& fit) {
   const Scene& scene = data.session->scene;
   const Channels channels = channels_of(scene);
+  if (data.session->is_dynamic()) return {};
   PathSolver solver(scene, {});
   for (const Unknown& unknown : fit.unknowns)
     if (unknown.source == Unknown::Source::body) solver.set_parameter(unknown.name, unknown.value);

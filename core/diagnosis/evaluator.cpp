@@ -1,19 +1,23 @@
 #include "core/diagnosis/evaluator.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #include "core/diagnosis/placement.hpp"
 
 namespace tissued::core {
 
-Evaluator::Evaluator(const FitData& data, const Hypothesis& hypothesis)
-    : data_(&data), hypothesis_(&hypothesis), solver_(data.session->scene, hypothesis.effects, data.element) {
-  for (const auto& [name, value] : hypothesis.fixed) solver_.set_parameter(name, value);
+Evaluator::Evaluator(const FitData& data, const Hypothesis& hypothesis) : data_(&data), hypothesis_(&hypothesis) {
+  const std::size_t count = data.session->is_dynamic() ? data.paths.size() : 1;
+  for (std::size_t k = 0; k < count; ++k) solvers_.emplace_back(data.session->scene, hypothesis.effects, data.element);
+  for (const auto& [name, value] : hypothesis.fixed) set(name, value);
 }
 
 bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) {
   std::vector<PathParameter> parameters;
   for (const Unknown& unknown : unknowns) {
     if (unknown.source != Unknown::Source::body) continue;
-    solver_.set_parameter(unknown.name, unknown.value);
+    set(unknown.name, unknown.value);
     const double step = kStepOfDifference * (unknown.logarithmic ? unknown.value : unknown.prior_sd);
     parameters.push_back({unknown.name, unknown.value + step > unknown.highest ? -step : step, {}});
   }
@@ -23,16 +27,22 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
   fit.answers.resize(data_->paths.size());
   fit.residuals.resize(data_->paths.size());
   ++fit.evaluations;
+  std::vector<std::uint8_t> is_solved(data_->paths.size(), 0);
+#pragma omp parallel for schedule(dynamic, 1) if (solvers_.size() > 1)
   for (int k = 0; k < trials; ++k) {
-    if (data_->stop != nullptr && data_->stop->load(std::memory_order_relaxed)) return false;
+    if (data_->stop != nullptr && data_->stop->load(std::memory_order_relaxed)) continue;
+    PathSolver& solver = solvers_[solvers_.size() > 1 ? k : 0];
     PathAnswer& answer = fit.answers[k];
-    if (!solver_.solve(data_->paths[k], k, parameters, answer)) {
-      fit.trouble = data_->session->trials[k].name + ": " + solver_.trouble();
-      return false;
+    if (!solver.solve(data_->paths[k], k, parameters, answer)) {
+#pragma omp critical
+      fit.trouble = data_->session->trials[k].name + ": " + solver.trouble();
+      continue;
     }
     compare(k, unknowns, differentiate, answer, fit.residuals[k]);
     answer.by_parameter.clear();
+    is_solved[k] = 1;
   }
+  if (std::count(is_solved.begin(), is_solved.end(), 1) != trials) return false;
   if (!data_->placement.empty()) take_off(unknowns, differentiate, fit);
   return true;
 }
@@ -71,6 +81,8 @@ void Evaluator::compare(int k, const std::vector<Unknown>& unknowns, bool differ
   const RowMatrix predicted = record(corrected, faults);
   out.trial = k;
   out.residual = trial.seen - predicted;
+  for (int f = 0; f < trial.frame_count(); ++f)
+    if (!path.shows(trial.time[f])) out.residual.row(f).setConstant(std::numeric_limits<double>::quiet_NaN());
   out.load.resize(trial.frame_count());
   for (int f = 0; f < trial.frame_count(); ++f)
     out.load[f] = path.peak_load() > 0.0 ? path.load(trial.time[f]) / path.peak_load() : 0.0;
@@ -89,7 +101,7 @@ void Evaluator::compare(int k, const std::vector<Unknown>& unknowns, bool differ
     } else {
       MeasurementFaults shifted = faults;
       // Of a latency half a millisecond to both sides: answers are interpolated linearly.
-      const double step = unknown.fault == 0 ? 5e-4 : 1e-5;
+      const double step = unknown.fault <= 0 ? 5e-4 : 1e-5;
       fault_number(shifted, unknown.fault) += step;
       const RowMatrix after = record(corrected, shifted);
       fault_number(shifted, unknown.fault) -= 2.0 * step;

@@ -1,6 +1,7 @@
 // A hypothesis with given unknowns, compared with every trial. Owns its body.
 #pragma once
 
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,9 @@ class Evaluator {
 
   // Derivatives that are taken beside those by unknowns.
   void add_column(PathParameter column) { columns_.push_back(std::move(column)); }
-  void set(const std::string& name, double value) { solver_.set_parameter(name, value); }
+  void set(const std::string& name, double value) {
+    for (PathSolver& solver : solvers_) solver.set_parameter(name, value);
+  }
 
   // Fills answers and residuals of `fit`. False where a trial has no equilibrium (fit.trouble) or `stop` was set.
   bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit);
@@ -30,7 +33,8 @@ class Evaluator {
 
   const FitData* data_;
   const Hypothesis* hypothesis_;
-  PathSolver solver_;
+  // One for all trials, which goes from one to the next; of motions, which take long, one for each.
+  std::deque<PathSolver> solvers_;
   std::vector<PathParameter> columns_;
 };
 

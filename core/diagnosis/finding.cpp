@@ -66,8 +66,12 @@ std::optional<Finding::Place> place_of(const std::string& kind, const Fit& fit, 
   return place;
 }
 
-// What the frames of a trial are: 0 at rest, 1 push, 2 hold, 3 release.
+// What the frames of a trial are, an index of the phases in set_when.
 int phase_of(const LoadPath& path, const RecordedTrial& trial, int frame) {
+  if (const Motion* motion = path.motion()) {
+    constexpr double kSwing = 1.0;  // s
+    return trial.time[frame] < motion->release ? 0 : trial.time[frame] < motion->release + kSwing ? 4 : 5;
+  }
   static constexpr double kStill = 1e-3, kUnloaded = 0.02;
   const double load = path.load(trial.time[frame]);
   const double before = path.load(trial.time[std::max(0, frame - 1)]);
@@ -90,8 +94,8 @@ Finding finding_of(const std::string& kind, const Fit& fit, const Scene& scene) 
 }
 
 void set_when(const FitData& data, const Fit& before, const Fit& after, Finding& finding) {
-  static const std::array<const char*, 4> kPhases{"rest", "push", "hold", "release"};
-  std::array<double, 4> gain{}, frames{};
+  static const std::array<const char*, 6> kPhases{"rest", "push", "hold", "release", "swing", "settled"};
+  std::array<double, 6> gain{}, frames{};
   std::vector<double> of_trial;
   const RecordedSession& session = *data.session;
   const auto a = pointers_to(before.residuals), b = pointers_to(after.residuals);
@@ -127,7 +131,8 @@ void set_when(const FitData& data, const Fit& before, const Fit& after, Finding&
 
 MismatchMap mismatch_map(const SearchResult& result, const Scene& scene) {
   MismatchMap map;
-  for (const Candidate& candidate : result.singles) {
+  if (result.rounds.empty()) return map;
+  for (const Candidate& candidate : result.rounds[0]) {
     if (candidate.kinds.front() != "inclusion" || candidate.promises.size() < 2) continue;
     const double best = candidate.promises.front().chi_square, worst = candidate.promises.back().chi_square;
     if (!(worst > best)) return map;

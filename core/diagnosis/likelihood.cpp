@@ -108,23 +108,22 @@ Nuisances nuisances(const ErrorModel& errors, std::span<const TrialResidual* con
 }
 
 std::array<double, 3> structure_left(const ErrorModel& errors, const Channels& channels,
-                                     std::span<const TrialResidual* const> trials) {
-  constexpr int kBin = 15;  // frames
+                                     std::span<const TrialResidual* const> trials, int bin) {
   const Nuisances known = nuisances(errors, trials);
   std::array<double, 3> square{}, bins{};
   for (int c = 0; c < channels.count(); ++c) {
     const int kind = channels.is_marker(c) ? 0 : channels.is_force(c) ? 2 : 1;
     for (std::size_t k = 0; k < trials.size(); ++k) {
       const TrialResidual& trial = *trials[k];
-      for (Eigen::Index begin = 0; begin < trial.residual.rows(); begin += kBin) {
+      for (Eigen::Index begin = 0; begin < trial.residual.rows(); begin += bin) {
         double sum = 0.0;
         int count = 0;
-        for (Eigen::Index f = begin; f < std::min<Eigen::Index>(begin + kBin, trial.residual.rows()); ++f) {
+        for (Eigen::Index f = begin; f < std::min<Eigen::Index>(begin + bin, trial.residual.rows()); ++f) {
           if (!std::isfinite(trial.residual(f, c))) continue;
           sum += trial.residual(f, c) - known.of(static_cast<Eigen::Index>(k), c, trial.load[f]);
           ++count;
         }
-        if (2 * count < kBin) continue;
+        if (2 * count < bin) continue;
         square[kind] += sum * sum / (count * errors.noise[c] * errors.noise[c]);
         bins[kind] += 1.0;
       }

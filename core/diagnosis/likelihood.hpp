@@ -60,10 +60,10 @@ struct Nuisances {
 };
 Nuisances nuisances(const ErrorModel& errors, std::span<const TrialResidual* const> trials);
 
-// Mean square of what is left of the residuals in bins of some frames, nuisances taken off, in units of what noise
+// Mean square of what is left of the residuals in bins of so many frames, nuisances taken off, in units of what noise
 // leaves there: 1 where nothing but noise is left. Of markers (0), targets (1), forces (2); 0 where none was seen.
 std::array<double, 3> structure_left(const ErrorModel& errors, const Channels& channels,
-                                     std::span<const TrialResidual* const> trials);
+                                     std::span<const TrialResidual* const> trials, int bin = 15);
 
 // Standard deviation of the frame-to-frame noise of every channel, from second differences where the pads rest or move
 // evenly; `stated` where too little was seen.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 namespace tissued::core {
 
@@ -32,6 +33,47 @@ double load_of(const std::vector<PadInput>& pads, const Scene& scene) {
   return load;
 }
 
+// mm, of any marker in any frame; a single frame is no measure.
+double largest_displacement(const RecordedTrial& trial, const Scene& scene) {
+  double largest = 0.0;
+  const Channels channels = channels_of(scene);
+  for (int i = 0; i < channels.markers; ++i) {
+    std::vector<double> moved;
+    for (Eigen::Index f = 0; f < trial.seen.rows(); ++f) {
+      const double distance = trial.seen.row(f).segment<3>(channels.of_marker(i)).norm();
+      if (std::isfinite(distance)) moved.push_back(distance);
+    }
+    if (moved.empty()) continue;
+    const auto high = moved.begin() + static_cast<std::ptrdiff_t>(98 * moved.size() / 100);
+    std::nth_element(moved.begin(), high, moved.end());
+    largest = std::max(largest, *high);
+  }
+  return largest;
+}
+
+// s, from when on all markers stay near to where they end; the end where they do not, or where pads still move.
+double calm_time(const RecordedTrial& trial, const Scene& scene, double peak) {
+  constexpr double kNear = 0.1, kEnd = 0.1, kMargin = 0.2;  // of the peak, of the trial, s
+  const int frames = trial.frame_count(), tail = std::max(1, static_cast<int>(kEnd * frames));
+  double calm = trial.time.front();
+  for (int f = 1; f < frames; ++f)
+    if (largest_distance(trial.pads[f - 1], trial.pads[f]) > kStillSpeed * (trial.time[f] - trial.time[f - 1]))
+      calm = trial.time[f];
+  bool is_seen = false;
+  for (int i = 0; i < static_cast<int>(scene.markers.size()); ++i) {
+    const auto at = [&](int f) -> Vec3 { return trial.seen.row(f).segment<3>(3 * i).transpose(); };
+    Vec3 end = Vec3::Zero();
+    int count = 0;
+    for (int f = frames - tail; f < frames; ++f)
+      if (at(f).allFinite()) end += (at(f) - end) / ++count;
+    if (count == 0) continue;
+    is_seen = true;
+    for (int f = 0; f < frames; ++f)
+      if (at(f).allFinite() && (at(f) - end).norm() > kNear * peak) calm = std::max(calm, trial.time[f]);
+  }
+  return is_seen ? std::min(calm + kMargin, trial.time.back()) : trial.time.back();
+}
+
 PadInput between(const PadInput& a, const PadInput& b, double share) {
   if (a.kind != b.kind || share <= 0.0) return a;
   if (share >= 1.0) return b;
@@ -44,15 +86,81 @@ PadInput between(const PadInput& a, const PadInput& b, double share) {
 
 }  // namespace
 
-LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel) : scene_(&scene) {
+double period_of(const RecordedTrial& trial) {
+  constexpr double kUsual = 0.15;  // s
+  constexpr int kMostCrossings = 6;
+  const double release = trial.motion ? trial.motion->release : trial.time.front();
+  Eigen::Index strongest = -1;
+  double most = 0.0;
+  std::vector<double> end(static_cast<std::size_t>(trial.seen.cols()), 0.0);
+  for (Eigen::Index c = 0; c < trial.seen.cols(); ++c) {
+    std::vector<double> tail, swing;
+    for (Eigen::Index f = 0; f < trial.seen.rows(); ++f)
+      if (std::isfinite(trial.seen(f, c))) {
+        swing.push_back(trial.seen(f, c));
+        if (10 * f >= 9 * trial.seen.rows()) tail.push_back(trial.seen(f, c));
+      }
+    if (tail.empty()) continue;
+    std::nth_element(tail.begin(), tail.begin() + static_cast<std::ptrdiff_t>(tail.size() / 2), tail.end());
+    end[static_cast<std::size_t>(c)] = tail[tail.size() / 2];
+    double square = 0.0;
+    for (double value : swing) square += std::pow(value - tail[tail.size() / 2], 2);
+    if (square > most) {
+      most = square;
+      strongest = c;
+    }
+  }
+  if (strongest < 0) return kUsual;
+  std::vector<double> crossings;
+  double last = 0.0;
+  for (Eigen::Index f = 0; f < trial.seen.rows() && static_cast<int>(crossings.size()) < kMostCrossings; ++f) {
+    const double now = trial.seen(f, strongest) - end[static_cast<std::size_t>(strongest)];
+    if (trial.time[static_cast<std::size_t>(f)] < release || !std::isfinite(now)) continue;
+    if (last * now < 0.0) crossings.push_back(trial.time[static_cast<std::size_t>(f)]);
+    last = now;
+  }
+  if (crossings.size() < 3) return kUsual;
+  return 2.0 * (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
+}
+
+void LoadPath::read_frames(const RecordedTrial& trial) {
   double coordinate = 0.0;
   for (int f = 0; f < trial.frame_count(); ++f) {
     if (f > 0)
       coordinate += std::min(1e3, largest_distance(trial.pads[f - 1], trial.pads[f])) +
                     kTimeWeight * (trial.time[f] - trial.time[f - 1]);
-    frames_.push_back({trial.time[f], load_of(trial.pads[f], scene), coordinate});
+    frames_.push_back({trial.time[f], load_of(trial.pads[f], *scene_), coordinate});
     peak_load_ = std::max(peak_load_, frames_.back().load);
   }
+}
+
+LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, const MotionSteps& steps)
+    : scene_(&scene), motion_(&trial.motion.value()) {
+  constexpr double kLongest = 0.3, kGrowth = 1.6;  // s; of the steps while a body settles
+  read_frames(trial);
+  const double release = motion_->release, last = trial.time.back();
+  peak_load_ = std::max(peak_load_, largest_displacement(trial, scene));
+  for (Frame& frame : frames_) frame.load = frame.time < release ? frame.load : peak_load_;
+  calm_from_ = calm_time(trial, scene, peak_load_);
+  swings_until_ = std::min({last, release + steps.window, std::max(release, calm_from_)});
+  add_key(trial, trial.time.front(), true);
+  for (double time = release; time < swings_until_ - 0.5 * steps.finest; time += steps.finest)
+    add_key(trial, time, time == release);
+  if (swings_until_ > release) add_key(trial, swings_until_, true);
+  double step = 4.0 * steps.finest;
+  for (double time = swings_until_ + step; calm_from_ < last; time += step) {
+    if (time > last - 0.5 * step) time = last;
+    add_key(trial, time, false);
+    keys_.back().settles = true;
+    if (time == last) break;
+    step = std::min(kLongest, kGrowth * step);
+  }
+  for (std::size_t k = 0; k < keys_.size(); ++k) keys_[k].pose = static_cast<int>(k);
+  pose_count_ = static_cast<int>(keys_.size());
+}
+
+LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, double travel) : scene_(&scene) {
+  read_frames(trial);
   add_key(trial, trial.time.front(), true);
   double rest_begin = trial.time.front(), next_rest = kFirstRestTime;
   bool was_still = false;

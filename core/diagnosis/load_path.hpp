@@ -16,6 +16,7 @@ struct LoadKey {
   std::vector<PadInput> pads;  // (pads)
   double load = 0.0;           // mm, of the pad that is furthest from its pose at rest
   int pose = 0;                // keys of equal pads share it; 0: at rest
+  bool settles = false;        // of a motion: the step to here is a long one, which damps what swings
 };
 
 // What an answer at some instant is of the answers at the keys: a cubic through the nearest, which does not smooth over
@@ -25,14 +26,28 @@ struct PathPlace {
   std::array<double, 4> weights{};
 };
 
+// How a motion is stepped through.
+struct MotionSteps {
+  double finest = 0.005;  // s between keys while the body swings
+  double window = 1e9;    // s after the release: no longer than that, or than it is seen to swing
+};
+
+// s, of the fastest swing that is seen about where a body comes to rest; what is usual of soft tissue where none is.
+double period_of(const RecordedTrial& trial);
+
 class LoadPath {
  public:
   // travel: mm between keys while pads move.
   LoadPath(const RecordedTrial& trial, const Scene& scene, double travel);
+  // Of a trial with a motion: keys in even steps of time. The trial must outlive the path.
+  LoadPath(const RecordedTrial& trial, const Scene& scene, const MotionSteps& steps);
 
   const std::vector<LoadKey>& keys() const { return keys_; }
   int pose_count() const { return pose_count_; }
-  double peak_load() const { return peak_load_; }  // mm
+  double peak_load() const { return peak_load_; }   // mm; of a motion: the largest displacement of a marker
+  const Motion* motion() const { return motion_; }  // nullptr: equilibria
+  // Whether answers are good at that time: while a body settles they are not, only where it has.
+  bool shows(double time) const { return time <= swings_until_ + 1e-9 || time >= calm_from_ - 1e-9; }
   PathPlace place(double time) const;
   // mm, at any time of the trial.
   double load(double time) const;
@@ -41,11 +56,14 @@ class LoadPath {
   struct Frame {
     double time, load, coordinate;
   };
+  void read_frames(const RecordedTrial& trial);
   void add_key(const RecordedTrial& trial, double time, bool is_kink);
   void number_poses();
   double coordinate(double time) const;
 
   const Scene* scene_;
+  const Motion* motion_ = nullptr;
+  double swings_until_ = 1e9, calm_from_ = 1e9;  // s
   std::vector<Frame> frames_;
   std::vector<LoadKey> keys_;
   std::vector<double> key_coordinates_;

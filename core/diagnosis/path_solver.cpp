@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/diagnosis/motion_solver.hpp"
+
 namespace tissued::core {
 
 namespace {
@@ -59,31 +61,47 @@ bool PathSolver::solve_key(const LoadKey& key, double time_step, const Eigen::Ve
 void PathSolver::differentiate(const LoadKey& key, double time_step, const FemHistory& before, const FemState& state,
                                std::span<const PathParameter> parameters, std::vector<FemHistory>& perturbed,
                                std::vector<Eigen::RowVectorXd>& derivatives) {
-  Eigen::VectorXd residual;
   derivatives.assign(parameters.size(), Eigen::RowVectorXd::Zero(channels_.count()));
-  if (!equilibrium_.factor_at(state.x, time_step, before, state.hold, residual)) return;
+  FemBalance balance;
+  balance.time_step = time_step;
+  if (!equilibrium_.factor_at(balance, state.x, before, state.hold)) return;
+  Eigen::VectorXd residual;
+  equilibrium_.terms(state.x, time_step, before, residual);
   FemState at = state;
   at.force = at.reaction = residual;
   at.pressed = equilibrium_.pressed(at.x, time_step, before);
   const Eigen::RowVectorXd seen = observe(at, key.pads);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
-    const double value = values_.at(parameters[j].name), step = parameters[j].step;
-    for (const auto& [name, other] : parameters[j].with) model_.set_parameter(name, other);
-    model_.set_parameter(parameters[j].name, value + step);
+    shift(parameters[j]);
     Eigen::VectorXd shifted;
     equilibrium_.terms(state.x, time_step, perturbed[j], shifted);
     at.x = state.x + equilibrium_.factor().solve(residual - shifted);
     equilibrium_.terms(at.x, time_step, perturbed[j], at.force);
     at.reaction = at.force;
     at.pressed = equilibrium_.pressed(at.x, time_step, perturbed[j]);
-    derivatives[j] = (observe(at, key.pads) - seen) / step;
+    derivatives[j] = (observe(at, key.pads) - seen) / parameters[j].step;
     equilibrium_.accept(at.x, time_step, perturbed[j]);
-    model_.set_parameter(parameters[j].name, value);
-    for (const auto& other : parameters[j].with) model_.set_parameter(other.first, values_.at(other.first));
+    unshift(parameters[j]);
   }
 }
 
+void PathSolver::shift(const PathParameter& parameter) {
+  for (const auto& [name, other] : parameter.with) model_.set_parameter(name, other);
+  model_.set_parameter(parameter.name, values_.at(parameter.name) + parameter.step);
+}
+
+void PathSolver::unshift(const PathParameter& parameter) {
+  model_.set_parameter(parameter.name, values_.at(parameter.name));
+  for (const auto& other : parameter.with) model_.set_parameter(other.first, values_.at(other.first));
+}
+
+double PathSolver::value(const std::string& name) const {
+  const auto found = values_.find(name);
+  return found == values_.end() ? 0.0 : found->second;
+}
+
 bool PathSolver::solve(const LoadPath& path, int slot, std::span<const PathParameter> parameters, PathAnswer& answer) {
+  if (path.motion() != nullptr) return solve_motion(*this, path, parameters, answer, trouble_);
   const auto keys = path.keys().size();
   if (positions_.size() <= static_cast<std::size_t>(slot)) positions_.resize(static_cast<std::size_t>(slot) + 1);
   std::vector<Eigen::VectorXd>& positions = positions_[static_cast<std::size_t>(slot)];

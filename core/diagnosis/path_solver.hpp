@@ -42,6 +42,12 @@ class PathSolver {
   // body remembers is perturbed, too. False where a key has no equilibrium that Newton finds; `trouble` then says why.
   bool solve(const LoadPath& path, int slot, std::span<const PathParameter> parameters, PathAnswer& answer);
 
+  // Of two numbers that are differentiated by: to the side, and back.
+  void shift(const PathParameter& parameter);
+  void unshift(const PathParameter& parameter);
+  // The last that was set; 0 where none was.
+  double value(const std::string& name) const;
+
   const std::string& trouble() const { return trouble_; }
   bool has_history() const { return has_history_; }
   const FemModel& model() const { return model_; }
@@ -53,7 +59,6 @@ class PathSolver {
   Eigen::RowVectorXd observe(const FemState& state, std::span<const PadInput> pads) const;
 
  private:
-  struct Perturbed;
   bool solve_key(const LoadKey& key, double time_step, const Eigen::VectorXd* start, FemState& state);
   void differentiate(const LoadKey& key, double time_step, const FemHistory& before, const FemState& state,
                      std::span<const PathParameter> parameters, std::vector<FemHistory>& perturbed,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/diagnosis/candidate.hpp"
 #include "core/diagnosis/evaluator.hpp"
 
 namespace tissued::core {
@@ -13,52 +14,74 @@ namespace {
 
 constexpr double kLargestStep = 1.2;  // of a first step, in what is typical
 
-// After one step from where the last effect is absent, for every start of it: one evaluation for all.
-std::vector<Promise> linear_promises(const FitData& data, const Hypothesis& hypothesis,
-                                     const std::vector<Values>& starts) {
-  const Effect& effect = *hypothesis.effects.back();
+// A start of an effect that is absent: what its amplitude is differentiated by, and how far it may go in one step.
+struct Column {
+  const Effect* effect;
+  const EffectParameter* amplitude;
+  double neutral;
+  PathParameter parameter;
+};
+
+std::string prefix_of(const Effect& effect) { return std::string(effect.kind()) + "."; }
+
+Column column_of(const Effect& effect, const Values& start, const Scene& scene) {
+  const auto index = static_cast<std::size_t>(effect.amplitude());
+  const EffectParameter& amplitude = effect.parameters()[index];
+  const std::string name = model_parameter(effect, amplitude);
+  Column column{&effect, &amplitude, effect.neutral(scene)[index], {name, kStepOfDifference * amplitude.typical, {}}};
+  for (const auto& [of, value] : start)
+    if (of.starts_with(prefix_of(effect)) && of != name) column.parameter.with.emplace_back(of, value);
+  return column;
+}
+
+// What is left after one step from where the effects of the columns are absent, and the amplitude there: one evaluation
+// for all. hypothesis: has these effects, too; unknowns: of the others. Empty where there is no equilibrium.
+std::vector<Promise> promises_of(const FitData& data, const Hypothesis& hypothesis,
+                                 const std::vector<Unknown>& unknowns, const std::vector<Column>& columns) {
   const Scene& scene = data.session->scene;
-  const Channels channels = channels_of(scene);
-  const EffectParameter& parameter = effect.parameters()[static_cast<std::size_t>(effect.amplitude())];
-  const std::string amplitude = model_parameter(effect, parameter), prefix = std::string(effect.kind()) + ".";
-  const double neutral = effect.neutral(scene)[static_cast<std::size_t>(effect.amplitude())];
   Evaluator evaluator(data, hypothesis);
-  std::vector<Unknown> unknowns = unknowns_of(hypothesis, data.session->scene, data.correction_sd);
-  begin_at(starts.front(), unknowns);
-  std::erase_if(unknowns, [&](const Unknown& unknown) {
-    if (!unknown.name.starts_with(prefix)) return false;
-    evaluator.set(unknown.name, unknown.name == amplitude ? neutral : unknown.value);
-    return true;
-  });
-  const double step = kStepOfDifference * parameter.typical;
-  for (const auto& start : starts) {
-    PathParameter column{amplitude, step, {}};
-    for (const auto& [name, value] : start)
-      if (name.starts_with(prefix) && name != amplitude) column.with.emplace_back(name, value);
-    evaluator.add_column(std::move(column));
+  for (const Column& column : columns) {
+    const std::vector<double> neutral = column.effect->neutral(scene);
+    for (std::size_t k = 0; k < neutral.size(); ++k)
+      evaluator.set(model_parameter(*column.effect, column.effect->parameters()[k]), neutral[k]);
   }
+  for (const Column& column : columns) evaluator.add_column(column.parameter);
   std::vector<Promise> promises;
   Fit at;
   if (!evaluator.run(unknowns, true, at)) return promises;
-  const ErrorModel errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(at.residuals)));
+  const ErrorModel errors =
+      raised(data.errors, channels_of(scene), normal_equations(data.errors, pointers_to(at.residuals)));
   const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
   const auto shared = static_cast<Eigen::Index>(unknowns.size());
   const Eigen::MatrixXd precision = with_prior(equations.normal.topLeftCorner(shared, shared), unknowns);
   const Eigen::LLT<Eigen::MatrixXd> factor(precision);
   const Eigen::VectorXd pull = equations.gradient.head(shared) + pull_of_prior(unknowns);
   const double base = equations.chi_square - pull.dot(factor.solve(pull));
-  for (std::size_t i = 0; i < starts.size(); ++i) {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const EffectParameter& amplitude = *columns[i].amplitude;
     const Eigen::Index j = shared + static_cast<Eigen::Index>(i);
     const Eigen::VectorXd cross = equations.normal.col(j).head(shared), solved = factor.solve(cross);
     const double own = equations.gradient[j] - solved.dot(pull);
-    const double stiffness = equations.normal(j, j) - solved.dot(cross) + 1.0 / (parameter.typical * parameter.typical);
+    const double stiffness = equations.normal(j, j) - solved.dot(cross) + 1.0 / (amplitude.typical * amplitude.typical);
     // As far as a linear step can be trusted.
-    const double limit = kLargestStep * parameter.typical;
+    const double limit = kLargestStep * amplitude.typical;
     const double change = std::clamp(own / stiffness, -limit, limit);
-    const double value = parameter.logarithmic ? neutral * std::exp(change) : neutral + change;
-    promises.push_back({i, base - own * own / stiffness, std::clamp(value, parameter.lowest, parameter.highest)});
+    const double value = amplitude.logarithmic ? columns[i].neutral * std::exp(change) : columns[i].neutral + change;
+    promises.push_back({i, base - own * own / stiffness, std::clamp(value, amplitude.lowest, amplitude.highest)});
   }
   return promises;
+}
+
+// For every start of the last effect.
+std::vector<Promise> linear_promises(const FitData& data, const Hypothesis& hypothesis,
+                                     const std::vector<Values>& starts) {
+  const Effect& effect = *hypothesis.effects.back();
+  std::vector<Unknown> unknowns = unknowns_of(hypothesis, data.session->scene, data.correction_sd);
+  begin_at(starts.front(), unknowns);
+  std::erase_if(unknowns, [&](const Unknown& unknown) { return unknown.name.starts_with(prefix_of(effect)); });
+  std::vector<Column> columns;
+  for (const Values& start : starts) columns.push_back(column_of(effect, start, data.session->scene));
+  return promises_of(data, hypothesis, unknowns, columns);
 }
 
 }  // namespace
@@ -92,6 +115,34 @@ std::vector<Promise> most_promising(const FitData& data, const Hypothesis& hypot
   std::stable_sort(promises.begin(), promises.end(),
                    [](const Promise& a, const Promise& b) { return a.chi_square < b.chi_square; });
   return promises;
+}
+
+double promise_all(const FitData& data, const Candidate& base, std::vector<Candidate>& added) {
+  Hypothesis hypothesis = base.hypothesis;
+  std::vector<Unknown> unknowns = unknowns_of(hypothesis, data.session->scene, data.correction_sd);
+  begin_at(values_of(base.best()), unknowns);
+  std::vector<Column> columns;
+  std::vector<std::pair<Candidate*, std::size_t>> owners;
+  for (Candidate& candidate : added) {
+    candidate.promises.clear();
+    const Effect& effect = *candidate.hypothesis.effects.back();
+    if (effect.amplitude() < 0) continue;
+    hypothesis.effects.push_back(&effect);
+    for (std::size_t i = 0; i < candidate.starts.size(); ++i) {
+      columns.push_back(column_of(effect, candidate.starts[i], data.session->scene));
+      owners.emplace_back(&candidate, i);
+    }
+  }
+  const std::vector<Promise> promises = promises_of(data, hypothesis, unknowns, columns);
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < promises.size(); ++i) {
+    owners[i].first->promises.push_back({owners[i].second, promises[i].chi_square, promises[i].amplitude});
+    best = std::min(best, promises[i].chi_square);
+  }
+  for (Candidate& candidate : added)
+    std::stable_sort(candidate.promises.begin(), candidate.promises.end(),
+                     [](const Promise& a, const Promise& b) { return a.chi_square < b.chi_square; });
+  return best;
 }
 
 }  // namespace tissued::core

@@ -18,4 +18,10 @@ struct Promise {
 std::vector<Promise> most_promising(const FitData& data, const Hypothesis& hypothesis,
                                     const std::vector<Values>& starts);
 
+struct Candidate;
+// Sets the promises, best first, of every one of `added`: candidates with all of the base's effects and one that it
+// does not have. One evaluation for all; those of effects without an amplitude promise nothing here. Returns the least
+// chi square among them.
+double promise_all(const FitData& data, const Candidate& base, std::vector<Candidate>& added);
+
 }  // namespace tissued::core

@@ -16,6 +16,7 @@ Mat3 rotation_matrix(const Vec3& rotation) {
 RigidTransform misplaced(const MeasurementFaults& faults) { return {rotation_matrix(faults.rotation), faults.shift}; }
 
 double& fault_number(MeasurementFaults& faults, int index) {
+  if (index < 0) return faults.releases[static_cast<std::size_t>(-1 - index)];
   if (index == 0) return faults.latency;
   if (index < 4) return faults.rotation[index - 1];
   if (index < 7) return faults.shift[index - 4];
@@ -44,9 +45,12 @@ RowMatrix recorded(const RecordedTrial& trial, int trial_index, const LoadPath& 
       if (place.weights[k] != 0.0) sum += place.weights[k] * answers.row(place.keys[k]).segment(begin, count);
     return sum;
   };
+  const bool has_release = static_cast<std::size_t>(trial_index) < faults.releases.size();
+  const double release = has_release ? faults.releases[static_cast<std::size_t>(trial_index)] : 0.0;
   for (int f = 0; f < trial.frame_count(); ++f) {
-    out.row(f).head(seen) = at(path.place(trial.time[f] - faults.latency), 0, seen);
-    out.row(f).tail(channels.count() - seen) = at(path.place(trial.time[f]), seen, channels.count() - seen);
+    const double time = trial.time[f] - release;
+    out.row(f).head(seen) = at(path.place(time - faults.latency), 0, seen);
+    out.row(f).tail(channels.count() - seen) = at(path.place(time), seen, channels.count() - seen);
   }
   if (!faults.rotation.isZero() || !faults.shift.isZero()) {
     const RigidTransform seen_at = misplaced(faults);

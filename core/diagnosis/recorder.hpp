@@ -23,12 +23,13 @@ struct MeasurementFaults {
   Vec3 rotation = Vec3::Zero();  // rad, of the tracker's frame about the tissue's origin
   Vec3 shift = Vec3::Zero();     // mm
   std::vector<SlippedMarker> slips;
+  std::vector<double> releases = {};  // (trials) s that a body was let go later than stated; empty: as stated
 };
 
 // Where a faulty registration sees what is at a place in tissue coordinates.
 RigidTransform misplaced(const MeasurementFaults& faults);
 
-// Numbers of `faults` by index: latency, rotation x y z, shift x y z, then x y z of every slip.
+// Numbers of `faults` by index: latency, rotation x y z, shift x y z, then x y z of every slip; -1, -2, ...: releases.
 double& fault_number(MeasurementFaults& faults, int index);
 
 // What these numbers are called: latency.seconds, registration.rotation.x, ..., marker-slip.M07.z.

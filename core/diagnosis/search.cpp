@@ -5,6 +5,7 @@
 
 #include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/discretisation.hpp"
+#include "core/diagnosis/motion_search.hpp"
 #include "core/diagnosis/placement.hpp"
 
 namespace tissued::core {
@@ -195,35 +196,39 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
 }
 
 void find_second(Work& work, SearchResult& result) {
-  const Candidate first = result.singles.front();
+  const Candidate first = result.rounds[0].front();
   FitData coarse = result.coarse, fast = result.fast;
   work.all(
       2, [&](std::size_t job) { rebase(result.exact, first.exact, job == 0 ? fast : coarse); }, 0.6, 0.62,
       [](std::size_t) { return "a second explanation"; });
-  for (std::size_t i = 1; i < result.singles.size(); ++i)
-    if (result.singles[i].fast.solved) result.pairs.push_back(pair_candidate(first, result.singles[i]));
-  Narrowing(coarse, fast, result.exact, first, work).run(result.pairs, kMostPairs, 0.62, 1.0);
+  std::vector<Candidate> pairs;
+  for (std::size_t i = 1; i < result.rounds[0].size(); ++i)
+    if (result.rounds[0][i].fast.solved) pairs.push_back(extended(first, result.rounds[0][i]));
+  Narrowing(coarse, fast, result.exact, first, work).run(pairs, kMostPairs, 0.62, 1.0);
+  result.rounds.push_back(std::move(pairs));
 }
 
 }  // namespace
 
 SearchResult search(const RecordedSession& session, const SearchOptions& options) {
+  if (session.is_dynamic()) return search_motion(session, options);
   Work work(options);
   SearchResult result;
   assess_assumed(session, options, work, result);
   if (result.numbers.fast.solved) {
-    result.singles = single_candidates(session, result.fast, result.numbers.fast);
+    std::vector<Candidate> singles = single_candidates(session, result.fast, result.numbers.fast);
     // The long ones first: the threads end together.
-    std::stable_sort(result.singles.begin(), result.singles.end(), [](const Candidate& a, const Candidate& b) {
+    std::stable_sort(singles.begin(), singles.end(), [](const Candidate& a, const Candidate& b) {
       const auto weight = [](const Candidate& c) {
         const bool has_history = !c.hypothesis.effects.empty() && c.hypothesis.effects.front()->has_history();
         return c.starts.size() * (has_history ? 10 : 1);
       };
       return weight(a) > weight(b);
     });
-    Narrowing(result.coarse, result.fast, result.exact, result.numbers, work).run(result.singles, kMostExact, 0.3, 0.6);
-    const bool has_first = !result.singles.empty() && result.singles.front().exact.solved &&
-                           advantage(result, result.singles.front()) >= kAccept;
+    Narrowing(result.coarse, result.fast, result.exact, result.numbers, work).run(singles, kMostExact, 0.3, 0.6);
+    const bool has_first =
+        !singles.empty() && singles.front().exact.solved && advantage(result, singles.front()) >= kAccept;
+    result.rounds.push_back(std::move(singles));
     if (has_first && !work.over()) find_second(work, result);
   }
   result.complete = !work.stop;
@@ -232,7 +237,7 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
 }
 
 double advantage(const SearchResult& result, const Candidate& candidate) {
-  const bool exact = candidate.exact.solved && result.numbers.exact.solved;
+  const bool exact = !result.compares_fast && candidate.exact.solved && result.numbers.exact.solved;
   const Fit& base = exact ? result.numbers.exact : result.numbers.fast;
   const Fit& fit = exact ? candidate.exact : candidate.fast;
   if (!fit.solved || !base.solved) return -1e9;

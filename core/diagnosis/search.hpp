@@ -18,11 +18,13 @@ struct SearchOptions {
 };
 
 struct SearchResult {
-  FitData coarse, fast, exact;     // linear elements on fewer keys, linear, quadratic elements
-  Fit assumed;                     // nothing fitted, quadratic elements
-  Candidate numbers;               // only numbers fitted
-  std::vector<Candidate> singles;  // most likely first
-  std::vector<Candidate> pairs;    // most likely first; of the likeliest single and another one, where that is accepted
+  FitData coarse, fast, exact;  // linear elements on fewer keys, linear, quadratic elements
+  Fit assumed;                  // nothing fitted, quadratic elements
+  Candidate numbers;            // only numbers fitted
+  // Candidates of one kind, of two, ...: most likely first; a round adds to the likeliest of the one before, where that
+  // is accepted.
+  std::vector<std::vector<Candidate>> rounds;
+  bool compares_fast = false;  // candidates were compared by `fast` only: of motions `exact` takes too long
   bool complete = true;
   double discretisation_mm = 0.0;  // RMS of what finer elements say otherwise, markers at peak loads
 };

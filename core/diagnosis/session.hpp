@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,11 +31,20 @@ inline Channels channels_of(const Scene& scene) {
           static_cast<int>(scene.pads.size())};
 }
 
+// Of a trial in which inertia matters.
+struct Motion {
+  double release = 0.0;  // s; the body is held before and free after
+  bool held_undeformed =
+      false;  // until then: in the shape of the mesh, whatever its weight; else as loads would have it
+  std::vector<EdgeLoad> loads;  // that act once it is free
+};
+
 struct RecordedTrial {
   std::string name;
   std::vector<double> time;                 // (frames) s, ascending
   std::vector<std::vector<PadInput>> pads;  // (frames) (pads): without noise, without delay
   RowMatrix seen;                           // (frames x channels); NaN where nothing was
+  std::optional<Motion> motion = {};        // none: the body is in equilibrium with its pads all the time
 
   int frame_count() const { return static_cast<int>(time.size()); }
 };
@@ -44,6 +54,7 @@ struct RecordedSession {
   double marker_noise = 0.1, target_noise = 0.3, force_noise = 0.01;  // mm, mm, N; stated standard deviations per axis
   std::vector<RecordedTrial> trials, held_out;
 
+  bool is_dynamic() const { return !trials.empty() && trials.front().motion.has_value(); }
   double noise_of(int channel) const {
     const Channels channels = channels_of(scene);
     return channels.is_force(channel) ? force_noise : channels.is_marker(channel) ? marker_noise : target_noise;

@@ -74,6 +74,8 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scen
     for (std::size_t axis = 0; axis < 3; ++axis) add_fault(4 + axis, "mm", 50.0, 3.0);
   }
   for (std::size_t fault = 7; fault < names.size(); ++fault) add_fault(fault, "mm", 50.0, 5.0);
+  for (int k = 0; k < hypothesis.releases; ++k)
+    unknowns.push_back(fault_unknown("release." + std::to_string(k), "s", -1 - k, 0.1, 0.02));
   Unknown discretisation{"discretisation", "1", Unknown::Source::discretisation, 0, 1.0, -1.0, 3.0, false, 1.0,
                          discretisation_sd};
   unknowns.push_back(discretisation);
@@ -83,6 +85,7 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scen
 MeasurementFaults faults_of(const Hypothesis& hypothesis, const std::vector<Unknown>& unknowns) {
   MeasurementFaults faults;
   faults.slips = hypothesis.slips;
+  faults.releases.assign(static_cast<std::size_t>(hypothesis.releases), 0.0);
   for (const Unknown& unknown : unknowns)
     if (unknown.source == Unknown::Source::fault) fault_number(faults, unknown.fault) = unknown.value;
   return faults;

@@ -19,6 +19,7 @@ struct Hypothesis {
   std::vector<const Effect*> effects;
   bool numbers = true;  // stiffness and compressibility may differ from the assumed
   bool latency = false, registration = false;
+  int releases = 0;  // of so many trials, from the first on, it is open when exactly the body was let go
   std::vector<SlippedMarker> slips;
   Values fixed;  // numbers of effects that are not fitted, and what they are
 };

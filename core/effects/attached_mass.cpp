@@ -10,7 +10,7 @@ namespace tissued::core {
 
 namespace {
 
-constexpr int kMass = 0, kAt = 1, kGravity = 4;  // of the numbers
+constexpr int kMass = 0, kAt = 1, kLoad = 4, kGravity = 5;  // of the numbers
 constexpr double kKilogramPerGram = 1e-3;
 
 // Where the mass is: a point of one element. Every element is an entity, so that it may move from one to another.
@@ -26,7 +26,8 @@ class PointLoad : public WithNumbers<FemTerm> {
   std::span<const int> nodes_of_entity(int entity) const override { return mesh_->nodes_of_element(entity); }
 
  protected:
-  double kilograms() const { return kKilogramPerGram * number(kMass); }
+  // What a load is made of is for the motion of the trials that have it (core/diagnosis/motion_solver).
+  double kilograms() const { return number(kLoad) > 0.0 ? 0.0 : kKilogramPerGram * number(kMass); }
   bool carries(int element) const { return element == element_; }
   const ShapeValues& shares() const { return shares_; }
   Vec3 position(const double* x) const {
@@ -98,14 +99,20 @@ class AttachedMass final : public Effect {
   std::string_view kind() const override { return "attached-mass"; }
   std::string_view title() const override { return "Something heavy moves with the tissue"; }
   std::string sentence(std::span<const double> values) const override {
+    if (values[kLoad] > 0.0)
+      return worded("The load of %.2f N has a mass of its own, %.0f g: it swings with the tissue and slows it down.",
+                    values[kLoad], values[kMass]);
     return worded("A mass of %.0f g is attached at (%.0f, %.0f, %.0f) mm.", values[kMass], values[kAt], values[kAt + 1],
                   values[kAt + 2]);
   }
   std::span<const EffectParameter> parameters() const override {
-    static const std::array<EffectParameter, 4> kParameters{{{"mass", "g", 0.0, 1e5, 0.0, 20.0},
+    static const std::array<EffectParameter, 5> kParameters{{{"mass", "g", 0.0, 1e5, 0.0, 20.0},
                                                              {"at.x", "mm", -1e4, 1e4, 0.0, 10.0},
                                                              {"at.y", "mm", -1e4, 1e4, 0.0, 10.0},
-                                                             {"at.z", "mm", -1e4, 1e4, 0.0, 10.0}}};
+                                                             {"at.z", "mm", -1e4, 1e4, 0.0, 10.0},
+                                                             // Above 0: it is what dead loads are made of, whose weight
+                                                             // is known; the mass is that of a load of so many N.
+                                                             {"load", "N", 0.0, 1e6, 0.0, 1.0, false, true}}};
     return kParameters;
   }
   // In the middle of the skin.
@@ -113,7 +120,12 @@ class AttachedMass final : public Effect {
     const std::vector<int> nodes = nodes_of(surface_of(scene.mesh, scene.skin_surface, "the skin"));
     Vec3 middle = Vec3::Zero();
     for (int node : nodes) middle += scene.mesh.node(node) / static_cast<double>(nodes.size());
-    return {0.0, middle.x(), middle.y(), middle.z()};
+    return {0.0, middle.x(), middle.y(), middle.z(), 0.0};
+  }
+  std::vector<EffectNumber> reported(std::span<const double> values) const override {
+    std::vector<EffectNumber> numbers = Effect::reported(values);
+    numbers.pop_back();
+    return numbers;
   }
   void add_to(const Scene& scene, const FemMesh& mesh, FemPhysics& physics) const override {
     physics.masses.push_back(std::make_unique<PointInertia>(*this, scene, mesh));

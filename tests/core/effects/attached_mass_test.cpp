@@ -38,7 +38,7 @@ TEST_CASE("a body carries the weight of what is attached to it, at its place", "
     return std::pair{force, moment};
   };
   const auto bare = held();
-  set_effect(model, attached_mass_effect(), std::vector<double>{0.05, 13.0, 7.0, 12.0});
+  set_effect(model, attached_mass_effect(), std::vector<double>{0.05, 13.0, 7.0, 12.0, 0.0});
   const auto loaded = held();
   const double weight = 0.05e-3 * 9806.65;
   CHECK((loaded.first - bare.first - Vec3(0.0, 0.0, weight)).norm() < 1e-6);
@@ -53,7 +53,7 @@ TEST_CASE("what is attached follows gravity that was set, and has inertia", "[ef
   FemModel model(scene, with_mass(element));
   FemEquilibrium equilibrium(model, 1);
   FemDynamics dynamics(equilibrium, TimeScheme{}, RayleighDamping{});
-  set_effect(model, attached_mass_effect(), std::vector<double>{40.0, 13.0, 7.0, 12.0});
+  set_effect(model, attached_mass_effect(), std::vector<double>{40.0, 13.0, 7.0, 12.0, 0.0});
   FemState state = rest_state(model);
   const std::vector<PadInput> pads(2);
   dynamics.start(state, {pads, nullptr});  // takes the mass that was set after it was made
