@@ -90,14 +90,17 @@ const EdgeLoad* largest_load(const RecordedSession& session) {
   return largest;
 }
 
-// What a load weighs is known, what it resists being moved with is not.
+// What a load weighs is known; what it resists being moved with is likely, but not sure, to be the mass of that weight.
 void set_load(const EdgeLoad& load, Candidate& mass) {
   const Vec3 middle = 0.5 * (load.edge[0] + load.edge[1]);
   Values& start = mass.starts.front();
   mass.starts.resize(1);
   mass.hypothesis.fixed.clear();
   for (auto& [name, value] : start) {
-    if (name == "attached-mass.mass") continue;
+    if (name == "attached-mass.mass") {
+      value = kMillinewtonPerNewton * load.force.norm() / kStandardGravity * 1e3;
+      continue;
+    }
     value = name == "attached-mass.load" ? load.force.norm() : middle[name.back() - 'x'];
     mass.hypothesis.fixed.emplace_back(name, value);
   }

@@ -35,6 +35,16 @@ bool is_suspect(const Candidate& candidate) {
   return effect.is_dynamic() || effect.kind() == "viscoelasticity";
 }
 
+// All of a candidate's kinds as they may well be, and numbers as assumed: what a wrong explanation made of the numbers
+// may be too far from the right one.
+Values afresh(const Candidate& candidate, const std::vector<Candidate>& singles) {
+  Values values;
+  for (const Candidate& single : singles)
+    if (std::find(candidate.kinds.begin(), candidate.kinds.end(), single.kinds.front()) != candidate.kinds.end())
+      values.insert(values.end(), single.starts.front().begin(), single.starts.front().end());
+  return values;
+}
+
 bool promises_more(const Candidate& a, const Candidate& b) {
   if (a.promises.empty() || b.promises.empty()) return !a.promises.empty() && b.promises.empty();
   return a.promises.front().chi_square < b.promises.front().chi_square;
@@ -75,7 +85,10 @@ std::vector<Candidate> add_one(const FitData& data, const Candidate& base, const
     if (std::find(base.kinds.begin(), base.kinds.end(), single.kinds.front()) != base.kinds.end()) continue;
     (is_suspect(single) ? suspects : others).push_back(extended(base, single));
   }
-  for (Candidate& suspect : suspects) suspect.starts.resize(1);
+  for (Candidate& suspect : suspects) {
+    suspect.starts.resize(1);
+    if (!base.kinds.empty()) suspect.starts.push_back(afresh(suspect, singles));
+  }
   const double middle = 0.5 * (from + to);
   fit_first(data, suspects.size(), work, suspects, from, middle);
   const bool is_explained = base.fast.chi_square < base.fast.count;
