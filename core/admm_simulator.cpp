@@ -51,6 +51,7 @@ void AdmmSimulator::build(const Scene& scene, double time_step) {
     } else {
       stiffness_filter_.emplace(*model_, options_.filter);
     }
+    if (options_.alarm.enabled && !watch_) start_watch();
   } else if (closed_loop_) {
     if (!basis_)
       basis_ = modal_basis(model_->laplacian(), model_->masses(), model_->system().free_nodes(),
@@ -85,6 +86,10 @@ void AdmmSimulator::reset() {
   history_->clear();
   if (filter_) filter_->reset();
   if (stiffness_filter_) stiffness_filter_->reset();
+  if (!watch_) return;
+  watch_->alarm.reset();
+  watch_->learnt.reset();
+  watch_->place.reset();
 }
 
 // Under its own weight, before anything is recorded.
@@ -145,6 +150,7 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
     workspace_->held.forget_forces();
     if (effects_) effects_->reset();
     if (filter_) filter_->reset();
+    if (watch_) watch_->alarm.reset();
   }
   return report;
 }
@@ -201,10 +207,56 @@ void AdmmSimulator::correct(const Observation& observation, double dt, int frame
   if (stiffness_filter_) {
     read_pad_forces(observation.pads);
     innovation = stiffness_filter_->correct(markers_now_, marker_seen_, observation.pads, pad_forces_, dt, *state_);
+    if (watch_) watch(observation, dt, report);
   }
   report.markers_used = innovation.markers_used;
   report.markers_swapped = innovation.markers_swapped;
   report.innovation_rms = innovation.rms;
+}
+
+void AdmmSimulator::start_watch() {
+  const std::vector<Vec3> none(model_->marker_points().size(), Vec3::Zero());
+  AlarmOptions options = options_.alarm;
+  RestCompliance compliance(*model_);
+  const ElementError error(*model_, compliance);
+  // Nothing is known of the elements' own error on such a mesh.
+  constexpr double kUnknownElements = 3.0;
+  if (!error.known()) options.model_error *= kUnknownElements;
+  watch_.emplace(Watch{MismatchAlarm(options, none.size(), model_->scene().marker_noise), LearntShift(*model_),
+                       MismatchPlace(*model_), error, none, none});
+}
+
+void AdmmSimulator::watch(const Observation& observation, double dt, StepReport& report) {
+  const StiffnessFilter& filter = *stiffness_filter_;
+  if (filter.has_learnt()) watch_->learnt.advance(*model_, filter.compliance(), *state_);
+  MismatchFrame frame;
+  frame.dt = dt;
+  frame.innovation = filter.innovation();
+  for (std::size_t i = 0; i < watch_->misfit.size(); ++i) {
+    const auto marker = static_cast<int>(i);
+    watch_->elements[i] = watch_->error.at(marker, observation.pads);
+    watch_->misfit[i] = filter.innovation()[i] + watch_->learnt.at_marker(marker) - watch_->elements[i];
+  }
+  frame.misfit = watch_->misfit;
+  frame.elements = watch_->elements;
+  frame.used = filter.used();
+  frame.moved = filter.moved();
+  for (std::size_t pad = 0; pad < observation.pads.size(); ++pad) {
+    const PadInput& input = observation.pads[pad];
+    if (input.kind == PadInput::Kind::force) frame.by_force = true;
+    if (input.kind == PadInput::Kind::pose)
+      frame.pad_travel = std::max(frame.pad_travel, (input.center - model_->scene().pads[pad].center).norm());
+  }
+  frame.place_sd = observation.marker_place_sd;
+  frame.sound = report.pad_ramp == 0.0 && std::max(report.primal_residual, report.dual_residual) <= kSettledMove &&
+                state_is_finite();
+  const double evidence = watch_->alarm.see(frame);
+  if (evidence > 0.0) watch_->place.add(watch_->alarm.misfit(), watch_->alarm.judged(), evidence);
+  watch_->place.advance(filter.compliance());
+  report.mismatch = watch_->alarm.report();
+  if (report.mismatch.level == 0.0) watch_->place.reset();
+  report.mismatch.has_place = watch_->place.known();
+  if (report.mismatch.has_place) report.mismatch.place = watch_->place.place();
 }
 
 bool AdmmSimulator::state_is_finite() const { return state_->x.allFinite() && state_->x_previous.allFinite(); }

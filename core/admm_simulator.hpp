@@ -5,8 +5,12 @@
 #include <optional>
 
 #include "core/admm.hpp"
+#include "core/element_error.hpp"
+#include "core/learnt_shift.hpp"
 #include "core/marker_filter.hpp"
 #include "core/marker_history.hpp"
+#include "core/mismatch_alarm.hpp"
+#include "core/mismatch_place.hpp"
 #include "core/simulator.hpp"
 #include "core/stiffness_filter.hpp"
 
@@ -31,6 +35,7 @@ class AdmmSimulator final : public Simulator {
   const Model& model() const { return *model_; }
   const MarkerFilter* filter() const { return filter_ ? &*filter_ : nullptr; }
   const StiffnessFilter* stiffness_filter() const { return stiffness_filter_ ? &*stiffness_filter_ : nullptr; }
+  const MismatchAlarm* alarm() const { return watch_ ? &watch_->alarm : nullptr; }
 
  private:
   void build(const Scene& scene, double time_step);
@@ -42,7 +47,18 @@ class AdmmSimulator final : public Simulator {
   void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
   void bring_forward(const Observation& observation, StepReport& report);
   void correct(const Observation& observation, double dt, int frames, StepReport& report);
+  void start_watch();
+  void watch(const Observation& observation, double dt, StepReport& report);
   bool state_is_finite() const;
+
+  // Whether the markers contradict what is assumed.
+  struct Watch {
+    MismatchAlarm alarm;
+    LearntShift learnt;
+    MismatchPlace place;
+    ElementError error;
+    std::vector<Vec3> misfit, elements;  // (markers) mm
+  };
 
   SimulatorOptions options_;
   bool closed_loop_;
@@ -56,6 +72,7 @@ class AdmmSimulator final : public Simulator {
   std::optional<ModalBasis> basis_;                  // does not depend on the time step
   std::optional<MarkerFilter> filter_;               // presets paper and force
   std::optional<StiffnessFilter> stiffness_filter_;  // preset standard
+  std::optional<Watch> watch_;                       // likewise
   std::optional<MarkerHistory> history_;
   std::vector<Vec3> simulated_, markers_now_;  // (markers) mm: simulated; seen, brought forward to the newest pads
   std::vector<std::uint8_t> marker_seen_;      // (markers), as observed; none where they came too late

@@ -112,4 +112,10 @@ Vec3 RestCalibration::to_model(int marker, const Vec3& tracker_position) const {
   return registration_.tissue_from_tracker(tracker_position) - offsets_[marker];
 }
 
+double RestCalibration::place_sd() const {
+  if (placement_variance_ <= 0.0 || frames_ == 0) return std::sqrt(placement_variance_);
+  if (noise_variance_ <= 0.0) return 0.0;
+  return 1.0 / std::sqrt(1.0 / placement_variance_ + frames_ / noise_variance_);
+}
+
 }  // namespace tissued::core

@@ -47,6 +47,8 @@ class RestCalibration {
   // mm, tissue: estimated offset of a marker from its said place, shrunk by its prior.
   const Vec3& offset(int marker) const { return offsets_[marker]; }
   bool has_offset(int marker) const { return counts_[marker] > 0; }
+  // mm per axis, to which a marker's place is known that was seen in all frames so far.
+  double place_sd() const;
 
  private:
   void refit();

@@ -11,6 +11,7 @@
 #include "core/effects/effect_setting.hpp"
 #include "core/fem_mesh.hpp"
 #include "core/fem_time_scheme.hpp"
+#include "core/mismatch_report.hpp"
 #include "core/pad_input.hpp"
 #include "core/scene.hpp"
 #include "core/strain_domains.hpp"
@@ -54,10 +55,17 @@ struct FemSimulatorOptions {
   RayleighDamping damping;             // of the dynamics
 };
 
+// The alarm that the assumed physics does not explain the markers: see core/mismatch_alarm.hpp.
+struct AlarmOptions {
+  bool enabled = false;       // building it takes quadratic elements; tissued's configuration says otherwise
+  double model_error = 0.01;  // of the load: standard deviation per axis of what a right model may miss at a marker
+};
+
 struct SimulatorOptions {
   std::string kind = "kf-admm";  // kf-admm | admm | fem
   SolverOptions solver;          // of fem: tolerance, time_step and threads
   FilterOptions filter;
+  AlarmOptions alarm;  // of kf-admm with the preset standard
   FemSimulatorOptions fem;
   std::vector<EffectSetting> effects;  // physics beyond the scene's
 };
@@ -69,6 +77,7 @@ struct Observation {
   std::vector<Vec3> markers;              // (markers) mm, tissue; bias of placement removed (RestCalibration)
   std::vector<std::uint8_t> marker_seen;  // (markers) 0: not seen in this frame
   double marker_age = 0.0;                // s by which the markers are older than the pads
+  double marker_place_sd = 0.0;           // mm per axis, to which the markers' places at rest are known
 
   void resize_for(const Scene& scene) {
     pads.assign(scene.pads.size(), PadInput{});
@@ -89,6 +98,7 @@ struct StepReport {
   int markers_too_late = 0;      // seen longer ago than the simulation remembers; not used
   double innovation_rms = 0.0;   // mm per axis, of the markers used, before the correction
   double pad_ramp = 0.0;         // mm by which a pad is ahead of the simulated one because its jump is ramped
+  MismatchReport mismatch;
 };
 
 struct TargetEstimate {

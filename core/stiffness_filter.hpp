@@ -47,6 +47,13 @@ class StiffnessFilter {
 
   const Discrepancy& discrepancy() const { return discrepancy_; }
 
+  // Of the newest frame.
+  std::span<const Vec3> innovation() const { return innovation_; }  // (markers) mm; of those used
+  std::span<const int> used() const { return used_; }               // markers, swapped labels put right
+  std::span<const Vec3> moved() const { return displacement_; }     // (markers) mm, simulated, since rest
+  const RestCompliance& compliance() const { return compliance_; }  // under the pads that hold
+  bool has_learnt() const { return learnt_; }
+
  private:
   void measure(std::span<const Vec3> markers, std::span<const std::uint8_t> seen, const AdmmState& state);
   void gate(std::span<const Vec3> markers);

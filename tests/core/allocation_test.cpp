@@ -71,6 +71,7 @@ TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
   options.solver.threads = threads;
   options.solver.iterations = 3;
   options.filter.modes = 60;
+  options.alarm.enabled = true;
   if (GENERATE(false, true)) options.effects = many_effects(scene);
   const auto simulator = make_simulator(scene, options);
   Observation observation;
