@@ -16,6 +16,8 @@ SINGLES = ["viscoelasticity", "strain-stiffening", "inclusion", "stiffness-gradi
 PAIRS = [("viscoelasticity", "inclusion"), ("gravity", "inclusion"), ("skin", "gravity"), ("viscoelasticity", "stiffness-gradient"),
          ("viscoelasticity", "loose-base"), ("inclusion", "latency"), ("skin", "inclusion"), ("stiffness-gradient", "gravity"),
          ("anisotropy", "latency"), ("sliding-actuator", "viscoelasticity"), ("inclusion", "marker-slip"), ("strain-stiffening", "gravity")]
+# Without forces the stiffness of a body that is moved by poses does not show at all, and how it changes hardly.
+SHOWN_BY_FORCE = {"viscoelasticity", "strain-stiffening", "softening", "permanent-set"}
 OUTSIDE = ["growing-lump", "pulsating-cavity", "pulling-cable", "permanent-set"]
 STRATA = [("null", ())] * 3 + [("parameters", ())] * 3 + [("single", (kind,)) for kind in SINGLES] + [("single", ("inclusion",))] * 2 \
     + [("pair", ())] * 4 + [("outside", (kind,)) for kind in OUTSIDE]
@@ -86,7 +88,7 @@ def _markers(rng, body):
                 side, along = rng.choice([0, 1]), rng.uniform(-0.9, 0.9)
                 p = np.array([body.size[0] * along, body.size[1] * along, body.size[2] * rng.uniform(0.35, 0.92)])
                 p[side] = body.size[side] * rng.choice([-1, 1])
-            if any(np.linalg.norm(p - c) < r + 3.0 for c, _, r in body.pads) or any(np.linalg.norm(p - q) < spacing for q in places):
+            if any(np.linalg.norm(p - c) < r + 7.0 for c, _, r in body.pads) or any(np.linalg.norm(p - q) < spacing for q in places):
                 continue
             places.append(p)
     return places
@@ -198,9 +200,7 @@ def draw_case(seed, scale=1.0, redraw=0):
     case.kinds = list(kinds)
     case.numbers = {kind: _numbers(rng, kind, case) for kind in kinds}
     case.rate = rng.choice([25.0, 40.0, 50.0])
-    # Without forces the stiffness of a body that is moved by poses does not show at all, and how it changes hardly.
-    needs_force = case.stratum == "parameters" or set(kinds) & {"viscoelasticity", "strain-stiffening", "softening", "permanent-set"}
-    case.has_force = bool(needs_force) or rng.random() < 0.75
+    case.has_force = case.stratum == "parameters" or bool(SHOWN_BY_FORCE & set(kinds)) or rng.random() < 0.75
     case.gaps = rng.uniform(0.08, 0.3) if rng.random() < 0.5 else 0.0
     case.pads = []
     tilt = [rng.uniform(0, 0.12) * _direction(rng) for _ in case.body.pads]

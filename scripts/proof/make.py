@@ -13,14 +13,14 @@ import time
 import numpy as np
 
 from .bodies import mesh_of, write_gmsh
-from .draw import OUTSIDE, draw_case
+from .draw import OUTSIDE, SHOWN_BY_FORCE, draw_case
 from .newton import NoEquilibrium
 from .session import nexus_csv, rotation_matrix
-from .truth import Truth
+from .truth import STEPPED, Truth
 
 COARSE, FINE = (1500, 2500), 4500  # tetrahedra of the bundle's mesh and of the truth's
 SCATTER = 0.3                      # mm per axis: markers are placed to about half a millimetre
-SEEN_MM, SEEN_SD = 0.2, 8.0        # an effect shows in the markers by so much (RMS of a hold), or in the forces by so many times their noise
+SEEN_MM, SEEN_SD = 0.2, 8.0        # an effect shows in the markers by so much (RMS of holds), or, if it is one of SHOWN_BY_FORCE, so many times the forces' noise
 MEASUREMENT = {"latency", "registration", "marker-slip"}
 
 
@@ -94,19 +94,33 @@ def _tangent(mesh, place, rng):
 
 
 def _visibility(case, mesh, observer, ends):
-    """RMS over markers (mm) and over forces (N) at the ends of holds, between the body and one without its effects."""
-    if not set(case.kinds) - MEASUREMENT:
-        return None
+    """{kind: {marker_mm, force_N}}: RMS at the ends of holds between the body with and without an effect. ends: with all of them.
+
+    Of a pair each alone, where that has no history; else both together.
+    """
+    kinds = [kind for kind in case.kinds if kind not in MEASUREMENT]
+    if not kinds:
+        return {}
     plain = Truth(mesh, case.pads, case.true, {})
-    markers, forces, count = [], [], 3 * len(case.markers)
-    for trial, (end, sags) in zip(case.trials, ends):
-        plain.rest()
-        plain.solve_push(trial.pads)
-        without = plain._observe(observer, trial)
-        difference = end - without
-        markers.append((difference[:count] ** 2).mean())
-        forces.append((difference[-3 * len(trial.pads):] ** 2).mean())
-    return {"marker_mm": math.sqrt(np.mean(markers)), "force_N": math.sqrt(np.mean(forces))}
+    without = [plain.curve(trial, observer)[-1] for trial in case.trials]
+    seen, count = {}, 3 * len(case.markers)
+    for kind in kinds:
+        own = ends
+        if len(kinds) > 1 and kind not in STEPPED:
+            alone = Truth(mesh, case.pads, case.true, {kind: case.numbers[kind]})
+            own = [alone.curve(trial, observer)[-1] for trial in case.trials]
+        apart = [end - plain_end for end, plain_end in zip(own, without)]
+        rms = lambda parts: math.sqrt(np.mean([(part ** 2).mean() for part in parts]))
+        seen[kind] = {"marker_mm": rms([a[:count] for a in apart]),
+                      "force_N": rms([a[-3 * len(trial.pads):] for a, trial in zip(apart, case.trials)])}
+    return seen
+
+
+def _check_seen(case, seen):
+    for kind, size in seen.items():
+        by_force = kind in SHOWN_BY_FORCE and case.has_force and size["force_N"] >= SEEN_SD * case.noise["force"]
+        if size["marker_mm"] < SEEN_MM and not by_force:
+            raise NotSeen(f"{kind} moves markers by {size['marker_mm']:.3f} mm only")
 
 
 def _record(case, rng, meshes):
@@ -126,11 +140,9 @@ def _record(case, rng, meshes):
         pads = {k: np.array([case.pads[k]["center"] + truth.sag(k) + trial.share(t) * d * case.pads[k]["direction"] for t in times])
                 for k, d in trial.pads.items()}
         recorded[trial.name] = (times, at, forces.reshape(len(times), -1, 3), pads)
-        ends.append((end, None))
+        ends.append(end)
     seen = _visibility(case, fine, observer, ends[:len(case.trials)])
-    if seen is not None and not seen["marker_mm"] >= SEEN_MM:
-        if not (case.has_force and seen["force_N"] >= SEEN_SD * case.noise["force"]):
-            raise NotSeen(str(seen))
+    _check_seen(case, seen)
     return recorded, seen, truth
 
 
@@ -216,13 +228,15 @@ def make(seed, name, folder, sealed, salt):
             case = draw_case(seed, scale, redraw)
             rng = random.Random(f"session {seed} {redraw}")
             try:
-                meshes = {"fine": mesh_of(case.body, FINE, 0.6, _lump_of(case), seed=2), "coarse": mesh_of(case.body, rng.randint(*COARSE), 0.75, seed=1)}
+                meshes = {"fine": mesh_of(case.body, FINE, 0.5, _lump_of(case), seed=2), "coarse": mesh_of(case.body, rng.randint(*COARSE), 0.55, seed=1)}
                 recorded, seen, truth = _record(case, rng, meshes)
             except NoEquilibrium:
                 trouble.append("no equilibrium")
+                print(f"seed {seed}: no equilibrium; shallower", file=sys.stderr)
                 continue
             except (NotSeen, ValueError) as error:
                 trouble.append(str(error))
+                print(f"seed {seed}: {error}; another body", file=sys.stderr)
                 break
             faults = Faults(case, rng, meshes["fine"])
             held = _write_bundle(case, name, folder, recorded, faults, rng, meshes["coarse"])

@@ -136,7 +136,7 @@ class Truth:
         forces = [self.solid.pad_force(k) for k in trial.pads]
         return np.concatenate([self.solid.seen(observer).ravel()] + forces)
 
-    def _curve(self, trial, observer):
+    def curve(self, trial, observer):
         """Values at LEVELS + 1 shares of the push."""
         self.rest()
         self._at(0.0)
@@ -200,7 +200,7 @@ class Truth:
             values = self._course(trial, observer, keys)
             at = lambda t: sum(w * values[k] for k, w in in_time(trial, keys, t))
         else:
-            values = self._curve(trial, observer)
+            values = self.curve(trial, observer)
             shares = [level / LEVELS for level in range(LEVELS + 1)]
             at = lambda t: np.array(lagrange(shares, trial.share(t))) @ values
         seen = np.array([at(t - delay)[:count] for t in times])
