@@ -103,12 +103,14 @@ def _visibility(case, mesh, observer, ends):
         return {}
     plain = Truth(mesh, case.pads, case.true, {})
     without = [plain.curve(trial, observer)[-1] for trial in case.trials]
+    plain.newton.close()
     seen, count = {}, 3 * len(case.markers)
     for kind in kinds:
         own = ends
         if len(kinds) > 1 and kind not in STEPPED:
             alone = Truth(mesh, case.pads, case.true, {kind: case.numbers[kind]})
             own = [alone.curve(trial, observer)[-1] for trial in case.trials]
+            alone.newton.close()
         apart = [end - plain_end for end, plain_end in zip(own, without)]
         rms = lambda parts: math.sqrt(np.mean([(part ** 2).mean() for part in parts]))
         seen[kind] = {"marker_mm": rms([a[:count] for a in apart]),
@@ -141,9 +143,11 @@ def _record(case, rng, meshes):
                 for k, d in trial.pads.items()}
         recorded[trial.name] = (times, at, forces.reshape(len(times), -1, 3), pads)
         ends.append(end)
+    factorisations = truth.newton.factorisations
+    truth.newton.close()
     seen = _visibility(case, fine, observer, ends[:len(case.trials)])
     _check_seen(case, seen)
-    return recorded, seen, truth
+    return recorded, seen, factorisations
 
 
 def _lose(case, rng, at):
@@ -229,7 +233,7 @@ def make(seed, name, folder, sealed, salt):
             rng = random.Random(f"session {seed} {redraw}")
             try:
                 meshes = {"fine": mesh_of(case.body, FINE, 0.5, _lump_of(case), seed=2), "coarse": mesh_of(case.body, rng.randint(*COARSE), 0.55, seed=1)}
-                recorded, seen, truth = _record(case, rng, meshes)
+                recorded, seen, factorisations = _record(case, rng, meshes)
             except NoEquilibrium:
                 trouble.append("no equilibrium")
                 print(f"seed {seed}: no equilibrium; shallower", file=sys.stderr)
@@ -242,7 +246,7 @@ def make(seed, name, folder, sealed, salt):
             held = _write_bundle(case, name, folder, recorded, faults, rng, meshes["coarse"])
             answers = _answers(case, name, seen, held, faults)
             answers.update(salt=salt, redraws=trouble, seconds=time.process_time() - began, tets=[len(meshes[k].tets) for k in ("coarse", "fine")],
-                           factorisations=truth.newton.factorisations)
+                           factorisations=factorisations)
             text = json.dumps(answers)
             with open(sealed + ".part", "w") as out:
                 out.write(text)

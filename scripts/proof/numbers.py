@@ -18,7 +18,7 @@ def _norm(v):
 
 def _ratio(name, unit=""):
     def compare(finding, true):
-        found, real = _value(finding, name), true[name]
+        found, real = _value(finding, name), true.get(name)
         if found is None or not real:
             return None
         return {"what": name, "true": real, "found": found, "error": found / real - 1.0, "relative": True, "unit": unit, "sd": _sd(finding, name)}
@@ -28,7 +28,7 @@ def _ratio(name, unit=""):
 def _distance(name, unit):
     def compare(finding, true):
         found = _value(finding, name)
-        if found is None:
+        if found is None or name not in true:
             return None
         return {"what": name, "true": true[name], "found": found, "error": math.dist(found, true[name]), "relative": False, "unit": unit}
     return compare

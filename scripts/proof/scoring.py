@@ -58,7 +58,9 @@ def _rms(predicted, true, prefix, moved):
 
 
 def held_out_errors(answers, folder):
-    """{marker, target: (assumed, explained)} over all held-out trials; None where a prediction is missing."""
+    """{marker, target: (assumed, explained)} over all held-out trials; None where nothing was held out or a prediction is missing."""
+    if not answers["held_out"]:
+        return None
     pairs = {"M": [], "T": []}
     for trial, true in answers["held_out"].items():
         paths = [os.path.join(folder, trial + end) for end in (".assumed.csv", ".csv")]

@@ -22,12 +22,22 @@ class SealError(Exception):
 
 class Folders:
     def __init__(self, out):
-        self.out = os.path.abspath(out)
-        self.bundles, self.sealed, self.seals, self.results = (os.path.join(self.out, k) for k in ("bundles", "sealed", "seals", "results"))
+        self._name(out)
         for folder in (self.out, self.bundles, self.seals, self.results):
             os.makedirs(folder, exist_ok=True)
         os.makedirs(self.sealed, mode=0o700, exist_ok=True)
         os.chmod(self.sealed, 0o700)
+
+    def _name(self, out):
+        self.out = os.path.abspath(out)
+        self.bundles, self.sealed, self.seals, self.results = (os.path.join(self.out, k) for k in ("bundles", "sealed", "seals", "results"))
+
+    @classmethod
+    def at(cls, out):
+        """Those of a run that is over: read, not made."""
+        folders = cls.__new__(cls)
+        folders._name(out)
+        return folders
 
     def salt(self):
         """Hex; drawn once, by whoever comes first."""
