@@ -36,7 +36,7 @@ def named(kind, v):
         return {"center": v["center"], "radius": v["radius"], "looseness": 1.0, "normal_held": 1.0}
     if kind == "sliding-actuator":
         return {"slip": 1.0, "across": 0.0}
-    return v
+    return {**v, "g2": 0.0, "tau2": 5.0} if kind == "viscoelasticity" else v
 
 
 def model(answers, markers):

@@ -1,9 +1,9 @@
 """Small plots as SVG: axes, dots, bars. Coordinates of the data in, pixels out."""
 import math
 
-from .statistics import wilson
+from .intervals import wilson
 
-WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT = 330, 290, 46, 40, 12, 12
+WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT = 340, 300, 58, 40, 24, 12
 INK, SOFT, BLUE, RED = "#1c1c1c", "#d5d5d5", "#2f5d8a", "#a3262a"
 
 

@@ -8,8 +8,8 @@ import json
 import math
 import os
 
-from . import numbers
-from .statistics import bootstrap, mean, median, reliability, wilson
+from . import found_numbers
+from .intervals import bootstrap, mean, median, reliability, wilson
 
 MEASUREMENT = {"latency", "registration", "marker-slip"}
 SAID = 0.5
@@ -117,7 +117,7 @@ def _numbers(answers, report, kinds):
         kind = finding["kind"]
         true = answers["true"] if kind == "parameters" else answers["numbers"].get(kind)
         if kind in kinds and true is not None:
-            rows += [{"kind": kind, **row} for row in numbers.compare(kind, finding, true)]
+            rows += [{"kind": kind, **row} for row in found_numbers.compare(kind, finding, true)]
     return rows
 
 

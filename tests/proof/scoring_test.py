@@ -9,7 +9,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from proof import numbers, page, scoring, seal, session
+from proof import found_numbers, page, scoring, seal, session
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCORER = os.path.join(HERE, "..", "..", "..", "shared", "checks", "score_diagnosis.py")
@@ -126,19 +126,19 @@ class HeldOut(Folder):
 
 class Numbers(unittest.TestCase):
     def test_axes_have_no_sign(self):
-        found = numbers.compare("anisotropy", finding("anisotropy", 1.0, k=3.3, axis=[0.0, 0.0, -2.0]), {"k": 3.0, "axis": [0.0, 0.6, 0.8]})
+        found = found_numbers.compare("anisotropy", finding("anisotropy", 1.0, k=3.3, axis=[0.0, 0.0, -2.0]), {"k": 3.0, "axis": [0.0, 0.6, 0.8]})
         self.assertAlmostEqual(found[0]["error"], 0.1)
         self.assertAlmostEqual(found[1]["error"], math.degrees(math.acos(0.8)))
 
     def test_a_gradient_may_be_said_from_its_other_end(self):
         true = {"k": 0.02, "axis": [0.0, 1.0, 0.0]}
-        self.assertAlmostEqual(numbers.compare("stiffness-gradient", finding("stiffness-gradient", 1.0, k=-0.02, axis=[0.0, -1.0, 0.0]), true)[0]["error"], 0.0)
-        self.assertAlmostEqual(numbers.compare("stiffness-gradient", finding("stiffness-gradient", 1.0, k=0.02, axis=[0.0, -1.0, 0.0]), true)[0]["error"], 2.0)
+        self.assertAlmostEqual(found_numbers.compare("stiffness-gradient", finding("stiffness-gradient", 1.0, k=-0.02, axis=[0.0, -1.0, 0.0]), true)[0]["error"], 0.0)
+        self.assertAlmostEqual(found_numbers.compare("stiffness-gradient", finding("stiffness-gradient", 1.0, k=0.02, axis=[0.0, -1.0, 0.0]), true)[0]["error"], 2.0)
 
     def test_slipped_markers_are_a_set(self):
         true = {"markers": {"M03": {}, "M07": {}}}
-        self.assertEqual(numbers.compare("marker-slip", finding("marker-slip", 1.0, markers=["M07", "M03"]), true)[0]["error"], 0.0)
-        self.assertEqual(numbers.compare("marker-slip", finding("marker-slip", 1.0, markers=["M07", "M04"]), true)[0]["error"], 1.0)
+        self.assertEqual(found_numbers.compare("marker-slip", finding("marker-slip", 1.0, markers=["M07", "M03"]), true)[0]["error"], 0.0)
+        self.assertEqual(found_numbers.compare("marker-slip", finding("marker-slip", 1.0, markers=["M07", "M04"]), true)[0]["error"], 1.0)
 
 
 def result_of(rows, wanted):
