@@ -80,7 +80,7 @@ def main():
             if kind == "loose-base":
                 numbers = {"center": [float(x) for x in case.pads[0]["center"][:2] * 0.6] + [0.0], **numbers}
             truth = Truth(meshes["truth"], case.pads, case.true, {} if kind == "none" else {kind: numbers})
-            values = truth.run(trial, truth.solid.observer(places), [0.0], 0.0)[2]
+            values = truth.end_of_hold(trial, truth.solid.observer(places))
             ours, force = values[:-3].reshape(-1, 3), values[-3:]
             plain = (ours, force) if plain is None else plain
             rms = lambda a, b: math.sqrt(((a - b) ** 2).mean())

@@ -108,7 +108,7 @@ def _ball(rng, body, low, high):
     radius = rng.uniform(low, high)
     for _ in range(300):
         p = _inside(rng, body, radius + 2.0)
-        if p[2] > 1.3 * radius and min(np.linalg.norm(p - c) for c, _, _ in body.pads) < radius + 24.0:
+        if p[2] > 1.3 * radius and min(np.linalg.norm(p - c) for c, _, _ in body.pads) < radius + 18.0:
             break
     return {"center": body.mapped(p)[0].tolist(), "radius": radius}
 

@@ -6,8 +6,9 @@ from petsc4py import PETSc
 
 ACCURACY = 2e-5   # mm: largest last correction
 SERVES = 0.3      # a kept factor that shrinks corrections by less is renewed
+MOST = 40         # corrections
 FARTHEST = 40.0   # mm: a larger correction has left its senses
-SMALLEST = 1.0 / 16.0  # of a load step
+SMALLEST = 1.0 / 8.0  # of a load step
 
 
 class NoEquilibrium(Exception):
@@ -91,7 +92,7 @@ class Newton:
             if self._iterate(prescribed):
                 return
             self.u[:] = start
-        done, step = 0.0, 1.0
+        done, step = 0.0, 1.0 if guess is None else 0.5
         while done < 1.0:
             share = min(1.0, done + step)
             apply(share)
@@ -103,13 +104,17 @@ class Newton:
             step /= 2.0
             if step < SMALLEST:
                 self.u[:] = start
+                self._forget()
                 raise NoEquilibrium()
+            self._forget()  # it is one of where Newton's method went astray
 
     def _iterate(self, prescribed):
-        if self.factor is None:
+        """True once corrections are small; False where they grow though factor and place are new."""
+        fresh = self.factor is None
+        if fresh:
             self._factorise()
         steps, places, last = [], [], None
-        for _ in range(30):
+        for _ in range(MOST):
             step = self._correction(prescribed)
             size = np.abs(step).max()
             if not np.isfinite(size) or size > FARTHEST:
@@ -118,19 +123,31 @@ class Newton:
                 self.u += step
                 return True
             if last is not None and size > SERVES * last:
-                if len(steps) == 1 and size > 2.0 * last:
+                if fresh and size > last and not self._nearer(places[-1], steps[-1], last, prescribed):
                     return False
                 self._factorise()
-                steps, places, last = [], [], None
+                steps, places, fresh = [], [], True
                 step = self._correction(prescribed)
-                if not np.isfinite(step).all():
-                    return False
                 size = np.abs(step).max()
+                if not np.isfinite(size) or size > FARTHEST:
+                    return False
+            elif last is not None:
+                fresh = False
             last = size
             steps.append(step)
             places.append(self.u.copy())
             self.u[:] = _accelerated(steps[-6:], places[-6:])
             self.u[self.fixed] = prescribed
+        return False
+
+    def _nearer(self, place, step, size, prescribed):
+        """Goes a part of a step from `place` after which the same factor asks for less than before; False where none does."""
+        for part in (0.5, 0.25, 0.125):
+            self.u[:] = place + part * step
+            self.u[self.fixed] = prescribed
+            now = np.abs(self._correction(prescribed)).max()
+            if np.isfinite(now) and now < size:
+                return True
         return False
 
 

@@ -193,7 +193,7 @@ class Truth:
         return sum(w * x for w, x in zip(lagrange(keys[number - count:number], keys[number]), past[-count:]))
 
     def run(self, trial, observer, times, delay=0.0):
-        """(frames, 3 points) displacements mm, at times minus a delay; (frames, 3 pads) forces N; (3 points) at the end of the hold."""
+        """(frames, 3 points) displacements mm, at times minus a delay; (frames, 3 pads) forces N."""
         count = 3 * len(observer[0])
         if self.stepped:
             keys = trial.keys(TRAVEL)
@@ -205,4 +205,11 @@ class Truth:
             at = lambda t: np.array(lagrange(shares, trial.share(t))) @ values
         seen = np.array([at(t - delay)[:count] for t in times])
         forces = np.array([at(t)[count:] for t in times])
-        return seen, forces, at(trial.ramp + trial.hold)
+        return seen, forces
+
+    def end_of_hold(self, trial, observer):
+        """(3 points + 3 pads) mm, N."""
+        if not self.stepped:
+            return self.curve(trial, observer)[-1]
+        keys = [t for t in trial.keys(2.0 * TRAVEL) if t < trial.ramp + trial.hold + 1e-9]
+        return self._course(trial, observer, keys)[-1]
