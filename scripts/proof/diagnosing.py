@@ -27,14 +27,14 @@ def diagnose(folders, reader, children, tissuectl, name, budget):
     reader.own(out)
     log_path = os.path.join(out, "log.txt")
     with open(log_path, "w") as log:
-        code = _run(reader, children, [tissuectl, "diagnose", bundle, "--out", out, "--threads", "1", "--budget", str(budget)], log)
+        code, processor = _run(reader, children, [tissuectl, "diagnose", bundle, "--out", out, "--threads", "1", "--budget", str(budget)], log)
         seconds, failed = time.monotonic() - began, []
         for trial in json.loads(read(os.path.join(bundle, "bundle.json")))["held_out"]:
             for model, path in (([], f"{trial}.assumed.csv"), (["--model", os.path.join(out, "model.json")], f"{trial}.csv")):
                 if model and not os.path.exists(model[1]):
                     failed.append(path)
-                elif _run(reader, children, [tissuectl, "predict", bundle, *model, "--trial", trial, "--out", os.path.join(out, path)], log):
+                elif _run(reader, children, [tissuectl, "predict", bundle, *model, "--trial", trial, "--out", os.path.join(out, path)], log)[0] != 0:
                     failed.append(path)
     with open(os.path.join(out, "done.json"), "w") as done:
-        json.dump({"exit": code, "seconds": seconds, "not_predicted": failed}, done)
+        json.dump({"exit": code, "seconds": seconds, "processor_seconds": processor, "not_predicted": failed}, done)
     return seconds

@@ -76,9 +76,15 @@ def print_table(result):
     for r in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(r, widths)).rstrip())
     print()
+    if result["summary"]["stopped"]:
+        print(_stopped(result["summary"]))
     for name, f in result["summary"]["figures"].items():
         name, value, interval, limit, met = _figure_row(name, f)
         print(f"{name:42s} {value:>18s}   95 %: {interval:16s} {limit:18s} {'met' if met else 'not met'}")
+
+
+def _stopped(summary):
+    return f"{summary['stopped']} of {summary['count']} diagnoses were stopped by their budget before all explanations were tried."
 
 
 def _cell(value, kind="td", style=""):
@@ -162,7 +168,7 @@ def html(result, words):
 <h1>Blind proof of the diagnosis</h1>
 <p class="lead">{len(rows)} sessions on blocks, domes and organs, computed by FEniCSx (quadratic tetrahedra on meshes of their own), seeds
 {result['seeds'][0]} to {result['seeds'][1]}.{part} Only skin markers were seen, with 0.1 mm of noise, placed to half a millimetre; the tissue's stiffness
-and compressibility were wrong as well in most. The answers were sealed before anything was diagnosed; the program {text.escape(words)}.</p>
+and compressibility were wrong as well in most. {_stopped(summary) if summary['stopped'] else ''} The answers were sealed before anything was diagnosed; the program {text.escape(words)}.</p>
 <p class="small">SHA-256 of all seals: <code>{result['seal']}</code></p>
 <h2>What was to be shown</h2>
 {_figures(summary['figures'])}

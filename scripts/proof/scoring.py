@@ -90,7 +90,7 @@ def score_case(answers, folder):
     claimed = said - {"parameters"}
     row.update(report=True, verdict=report["verdict"], said=sorted(said), claimed=sorted(claimed), seconds=report.get("seconds", math.nan),
                right=claimed == physics and (report["verdict"] == verdict_of(kinds) or bool(physics)), fit=report.get("fit", {}),
-               complete=report.get("complete", True))
+               complete=report.get("complete", True), processor=_processor_seconds(folder))
     row["findings"] = [(f["kind"], f.get("probability", 1), f["kind"] in kinds) for f in report["findings"] if f["kind"] != "parameters"]
     row["judged"] = [(p, right) for _, p, right in row["findings"]]
     row["judged"] += [(a["probability"], a["kind"] in kinds) for a in report.get("alternatives", []) if "+" not in a["kind"] and a["kind"] != "parameters"]
@@ -98,6 +98,14 @@ def score_case(answers, folder):
     row["numbers"] = _numbers(answers, report, kinds)
     row["errors"] = held_out_errors(answers, folder)
     return row
+
+
+def _processor_seconds(folder):
+    path = os.path.join(folder, "done.json")
+    if not os.path.exists(path):
+        return None
+    with open(path) as source:
+        return json.load(source).get("processor_seconds")
 
 
 def _place(answers, report):
@@ -176,4 +184,5 @@ def figures(rows):
 
 def summary(rows):
     judged = [j for r in rows for j in r["judged"]]
-    return {"figures": figures(rows), "confusion": confusion(rows), "reliability": reliability(judged), "count": len(rows)}
+    stopped = sum(row["report"] and not row["complete"] for row in rows)
+    return {"figures": figures(rows), "confusion": confusion(rows), "reliability": reliability(judged), "count": len(rows), "stopped": stopped}
