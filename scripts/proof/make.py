@@ -18,7 +18,7 @@ from .newton import NoEquilibrium
 from .session import nexus_csv, rotation_matrix
 from .truth import STEPPED, Truth
 
-COARSE, FINE = (1500, 2500), 4500  # tetrahedra of the bundle's mesh and of the truth's
+COARSE, FINE = (1500, 2500), 3600  # tetrahedra of the bundle's mesh and of the truth's
 SCATTER = 0.3                      # mm per axis: markers are placed to about half a millimetre
 SEEN_MM, SEEN_SD = 0.15, 8.0        # an effect shows in the markers by so much (RMS of holds), or, if it is one of SHOWN_BY_FORCE, so many times the forces' noise
 MEASUREMENT = {"latency", "registration", "marker-slip"}
