@@ -94,27 +94,27 @@ def _tangent(mesh, place, rng):
 
 
 def _visibility(case, mesh):
-    """{kind: {marker_mm, force_N}}: RMS at the ends of holds between the body with and without an effect, on the bundle's mesh: a rehearsal.
+    """{kind: {marker_mm, force_N}}: RMS between the body with and without an effect, at the ends of holds or half way out: a rehearsal
+    on the bundle's mesh.
 
     Of a pair each alone, where that has no history; else both together.
     """
     kinds, count = [kind for kind in case.kinds if kind not in MEASUREMENT], 3 * len(case.markers)
 
-    def ends(numbers):
+    def samples(numbers):
         truth = Truth(mesh, case.pads, case.true, numbers)
         observer = truth.solid.observer(list(case.markers.values()))
-        out = [truth.end_of_hold(trial, observer) for trial in case.trials]
+        out = [truth.samples(trial, observer) for trial in case.trials]
         truth.newton.close()
         return out
 
-    seen, without = {}, ends({}) if kinds else []
+    seen, without = {}, samples({}) if kinds else []
     for kind in kinds:
         alone = len(kinds) == 1 or kind not in STEPPED
         numbers = {kind: case.numbers[kind]} if alone else {k: case.numbers[k] for k in kinds}
-        apart = [end - plain for end, plain in zip(ends(numbers), without)]
-        rms = lambda parts: math.sqrt(np.mean([(part ** 2).mean() for part in parts]))
-        seen[kind] = {"marker_mm": rms([a[:count] for a in apart]),
-                      "force_N": rms([a[-3 * len(trial.pads):] for a, trial in zip(apart, case.trials)])}
+        apart = [[one - other for one, other in zip(*both)] for both in zip(samples(numbers), without)]
+        rms = lambda cut: max(math.sqrt(np.mean([(cut(own[when]) ** 2).mean() for own in apart])) for when in (0, 1))
+        seen[kind] = {"marker_mm": rms(lambda values: values[:count]), "force_N": rms(lambda values: values[count:])}
     return seen
 
 

@@ -3,7 +3,7 @@ import math
 
 from .intervals import wilson
 
-WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT = 340, 300, 58, 40, 24, 12
+WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT = 340, 300, 58, 40, 24, 20
 INK, SOFT, BLUE, RED = "#1c1c1c", "#d5d5d5", "#2f5d8a", "#a3262a"
 
 

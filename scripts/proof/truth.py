@@ -207,9 +207,12 @@ class Truth:
         forces = np.array([at(t)[count:] for t in times])
         return seen, forces
 
-    def end_of_hold(self, trial, observer):
-        """(3 points + 3 pads) mm, N."""
+    def samples(self, trial, observer):
+        """[(3 points + 3 pads) mm, N] at the end of the hold and half way out: what softens or slides shows on the way out alone."""
         if not self.stepped:
-            return self.curve(trial, observer)[-1]
-        keys = [t for t in trial.keys(2.0 * TRAVEL) if t < trial.ramp + trial.hold + 1e-9]
-        return self._course(trial, observer, keys)[-1]
+            values = self.curve(trial, observer)
+            return [values[-1], values[LEVELS // 2]]
+        half = 1.5 * trial.ramp + trial.hold
+        way = [t for t in trial.keys(2.0 * TRAVEL) if t < trial.ramp + trial.hold + 1e-9]
+        values = self._course(trial, observer, way + [half - 0.25 * trial.ramp, half])
+        return [values[len(way) - 1], values[-1]]
