@@ -1,0 +1,1 @@
+"""The blind proof of the diagnosis: scripts/prove."""
