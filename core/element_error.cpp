@@ -22,7 +22,8 @@ RowMatrix answers_to(const FemModel& model, FemEquilibrium& equilibrium, std::si
   pads[pad].center = model.scene().pads[pad].center;
   const FemHold at_rest = hold_of(model, pads);
   Eigen::VectorXd residual, moved_residual;
-  if (!equilibrium.factor_at(rest.x, 0.0, rest.history, at_rest, residual)) return {};
+  if (!equilibrium.factor_at(FemBalance{}, rest.x, rest.history, at_rest)) return {};
+  equilibrium.terms(rest.x, 0.0, rest.history, residual);
   RowMatrix answers(3, static_cast<Eigen::Index>(3 * model.marker_points().size()));
   for (int axis = 0; axis < 3; ++axis) {
     Eigen::VectorXd x = rest.x;

@@ -79,13 +79,34 @@ json misfits_json(const core::Misfits& misfits) {
           {"explained", misfit_json(misfits.explained)}};
 }
 
+double root_mean_square(const std::vector<double>& values) {
+  double square = 0.0, count = 0.0;
+  for (double value : values)
+    if (std::isfinite(value)) {
+      square += value * value;
+      count += 1.0;
+    }
+  return std::sqrt(square / count);
+}
+
+json course_json(const core::TrialCourse& course) {
+  json out{{"trial", course.name}, {"held_out", course.held_out}};
+  put(out, "assumed_marker_rms", root_mean_square(course.assumed_mm));
+  put(out, "parameters_marker_rms", root_mean_square(course.parameters_mm));
+  put(out, "explained_marker_rms", root_mean_square(course.explained_mm));
+  return out;
+}
+
 json fit_json(const core::Diagnosis& diagnosis) {
   constexpr core::Misfit kUnseen{NAN, NAN, NAN};
   json floor = json::object(), discretisation = json::object();
   put(floor, "marker", diagnosis.noise_marker_mm);
   put(floor, "force", diagnosis.noise_force_N);
   put(discretisation, "marker_rms", diagnosis.discretisation_marker_mm);
+  json each = json::array();
+  for (const core::TrialCourse& course : diagnosis.courses) each.push_back(course_json(course));
   return {{"trials", misfits_json(diagnosis.trials)},
+          {"each_trial", each},
           {"held_out",
            misfits_json(diagnosis.held_out_seen ? diagnosis.held_out : core::Misfits{kUnseen, kUnseen, kUnseen})},
           {"noise_floor", floor},

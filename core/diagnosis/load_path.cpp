@@ -141,7 +141,7 @@ LoadPath::LoadPath(const RecordedTrial& trial, const Scene& scene, const MotionS
   const double release = motion_->release, last = trial.time.back();
   peak_load_ = std::max(peak_load_, largest_displacement(trial, scene));
   for (Frame& frame : frames_) frame.load = frame.time < release ? frame.load : peak_load_;
-  calm_from_ = calm_time(trial, scene, peak_load_);
+  calm_from_ = steps.settles ? calm_time(trial, scene, peak_load_) : last;
   swings_until_ = std::min({last, release + steps.window, std::max(release, calm_from_)});
   add_key(trial, trial.time.front(), true);
   for (double time = release; time < swings_until_ - 0.5 * steps.finest; time += steps.finest)

@@ -30,6 +30,7 @@ struct PathPlace {
 struct MotionSteps {
   double finest = 0.005;  // s between keys while the body swings
   double window = 1e9;    // s after the release: no longer than that, or than it is seen to swing
+  bool settles = true;    // then in long steps, which damp; false: as far as `window` even so
 };
 
 // s, of the fastest swing that is seen about where a body comes to rest; what is usual of soft tissue where none is.
