@@ -98,6 +98,8 @@ core::SimulatorOptions read_simulator(const Document& document, const Bundle& bu
   options.filter.stiffness_length = document.value("/filter/stiffness_length", options.filter.stiffness_length);
   options.filter.slip = document.value("/filter/slip", options.filter.slip);
   options.filter.discrepancy = document.value("/filter/discrepancy", options.filter.discrepancy);
+  options.alarm.enabled = document.value("/alarm/enabled", true);
+  options.alarm.model_error = document.value("/alarm/model_error", options.alarm.model_error);
   options.fem = read_fem(document);
   return options;
 }
@@ -185,6 +187,7 @@ DaemonConfig read_config(const Document& document, const fs::path& folder) {
   config.simulator = read_simulator(document, config.bundle);
   config.registration = read_registration(document, config.bundle);
   config.staleness = read_staleness(document);
+  config.record = document.value<std::string>("/record", "");
   config.log_level = read_log_level(document);
   return config;
 }
@@ -195,6 +198,7 @@ DaemonConfig load_daemon_config(const fs::path& path, std::span<const std::strin
   const Document document(read_json(path), path.string(), overrides, config_schema());
   DaemonConfig config = read_config(document, path.parent_path() / document.value<std::string>("/bundle", ""));
   if (!config.model.empty()) config.model = path.parent_path() / config.model;
+  if (!config.record.empty()) config.record = path.parent_path() / config.record;
   return config;
 }
 

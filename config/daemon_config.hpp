@@ -59,6 +59,7 @@ struct DaemonConfig {
   double marker_delay = 0.0;
   core::RigidTransform marker_correction;
   StalenessConfig staleness;
+  std::filesystem::path record;  // where everything that is received and answered is recorded; empty: nowhere
   LogLevel log_level = LogLevel::warn;
 };
 

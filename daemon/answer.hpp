@@ -28,6 +28,18 @@ struct PadAnswer {
   std::array<double, 3> force{};  ///< N, tracker frame
 };
 
+/// Whether markers contradict the assumed physics: core::MismatchReport, in tracker coordinates, with its beginning.
+struct AlarmAnswer {
+  bool watching = false;  ///< enough has been seen to judge
+  bool raised = false;    ///< a diagnosis is due
+  double level = 0.0;     ///< evidence in units of what raises the alarm
+  double misfit = 0.0;    ///< mm, RMS per axis, of the assumed physics at the markers
+  bool has_place = false;
+  std::array<double, 3> place{};  ///< mm, tracker: where a force would explain most of it; zero without
+  std::uint32_t since_frame = 0;  ///< tracker frame that raised it; 0 while it is not raised
+  std::uint64_t since_ns = 0;     ///< when that was received, monotonic clock
+};
+
 /// What the simulation knows after a step. Fixed in size, so that a LatestValue hands it on without allocating.
 struct Answer {
   bool has_frame = false;  ///< false: no frame has been stepped yet, and targets are where they are at rest
@@ -38,6 +50,7 @@ struct Answer {
   std::uint16_t reasons = 0;  ///< protocol::ValidityReason bits that do not depend on the answer's age
   core::StepReport report;
   std::uint16_t markers_seen = 0;
+  AlarmAnswer alarm;
   protocol::FixedList<TargetPlace, kMaxTargets> targets;  ///< (scene.targets)
   protocol::FixedList<PadAnswer, kMaxPads> pads;          ///< those that touch
 };

@@ -7,6 +7,11 @@ namespace tissued::daemon {
 using protocol::Predictions;
 using protocol::Status;
 
+protocol::AlarmState alarm_state(const AlarmAnswer& alarm) {
+  return {alarm.watching, alarm.raised, alarm.has_place, alarm.since_frame,
+          alarm.since_ns, alarm.level,  alarm.misfit,    alarm.place};
+}
+
 std::size_t prediction_part_count(const Answer& answer) {
   return std::max(protocol::chunk_count(answer.targets.size(), Predictions::kTargetsPerPart),
                   protocol::chunk_count(answer.pads.size(), Predictions::kPadsPerPart));
@@ -28,6 +33,7 @@ Predictions prediction_part(const Answer& answer, const Verdict& verdict, std::u
   message.primal_residual = answer.report.primal_residual;
   message.dual_residual = answer.report.dual_residual;
   message.innovation_rms = answer.report.innovation_rms;
+  message.alarm = alarm_state(answer.alarm);
   message.iterations = static_cast<std::uint16_t>(answer.report.iterations);
   message.markers_used = static_cast<std::uint16_t>(answer.report.markers_used);
   message.markers_seen = answer.markers_seen;

@@ -12,6 +12,8 @@
 
 namespace tissued::daemon {
 
+protocol::AlarmState alarm_state(const AlarmAnswer& alarm);
+
 /// How many Predictions an answer needs; at least one.
 std::size_t prediction_part_count(const Answer& answer);
 

@@ -64,7 +64,7 @@ protocol::HelloReply introduce(const config::DaemonConfig& config, const core::S
 
 ClientServer::ClientServer(boost::asio::io_context& context, const config::DaemonConfig& config,
                            const core::Scene& scene, SimulationThread& simulation, Counters& counters,
-                           std::function<double()> tracker_rate_hz)
+                           std::function<double()> tracker_rate_hz, SessionRecorder* recorder)
     : socket_(bind_udp(context, "clients", config.clients.address, config.clients.port)),
       ticker_(context),
       port_(socket_.local_endpoint().port()),
@@ -73,6 +73,7 @@ ClientServer::ClientServer(boost::asio::io_context& context, const config::Daemo
       simulation_(simulation),
       counters_(counters),
       tracker_rate_hz_(std::move(tracker_rate_hz)),
+      recorder_(recorder),
       peers_(static_cast<std::size_t>(config.clients.max_subscribers)),
       sender_(socket_, std::random_device{}(), counters),
       bulk_(context, scene, peers_, sender_, counters, [this] { serve_mesh_wishes(); }),
@@ -108,7 +109,9 @@ void ClientServer::drain() {
     if (error == boost::asio::error::would_block) return;
     if (error) continue;  // an earlier datagram of ours found nobody; it has no place here
     counters_.add(Count::client_datagrams);
-    serve(std::span(buffer_).first(size));
+    const auto bytes = std::span<const std::uint8_t>(buffer_).first(size);
+    if (recorder_ != nullptr) recorder_->add_client(monotonic_ns(), bytes);
+    serve(bytes);
   }
 }
 
@@ -257,6 +260,7 @@ void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
   status.step_max_ns = step_time_.max_ns();
   status.tracker_rate_hz = tracker_rate_hz_();
   status.step_rate_hz = step_rate_.rate_hz(now_ns);
+  status.alarm = alarm_state(simulation_.answer().alarm);
   for (std::size_t part = 0; part < status_part_count(); ++part) {
     fill_status_counters(status, counters_, part);
     sender_.send(peer, in_reply_to, status);

@@ -18,6 +18,7 @@
 #include "daemon/message_sender.hpp"
 #include "daemon/peer_table.hpp"
 #include "daemon/rate_meter.hpp"
+#include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
 #include "protocol/client_messages.hpp"
 
@@ -29,8 +30,10 @@ namespace tissued::daemon {
 class ClientServer {
  public:
   /// Binds the socket; throws BindError. References must outlive this. tracker_rate_hz: of the frames received.
+  /// recorder: null, or what is told every datagram; outlives this, too.
   ClientServer(boost::asio::io_context& context, const config::DaemonConfig& config, const core::Scene& scene,
-               SimulationThread& simulation, Counters& counters, std::function<double()> tracker_rate_hz);
+               SimulationThread& simulation, Counters& counters, std::function<double()> tracker_rate_hz,
+               SessionRecorder* recorder = nullptr);
 
   void start();
   void close();
@@ -78,6 +81,7 @@ class ClientServer {
   SimulationThread& simulation_;
   Counters& counters_;
   std::function<double()> tracker_rate_hz_;
+  SessionRecorder* recorder_;
   PeerTable peers_;
   MessageSender sender_;
   BulkTransfers bulk_;

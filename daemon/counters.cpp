@@ -52,6 +52,12 @@ const char* to_string(Count count) {
       return "sends_failed";
     case Count::transfers_refused:
       return "transfers_refused";
+    case Count::records_written:
+      return "records_written";
+    case Count::records_lost:
+      return "records_lost";
+    case Count::recording_failed:
+      return "recording_failed";
     case Count::rest_frames:
       return "rest_frames";
     case Count::registration_rms_um:

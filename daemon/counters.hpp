@@ -37,11 +37,14 @@ enum class Count : std::uint8_t {
   datagrams_sent,       ///< to clients
   sends_failed,         ///< datagrams to clients that the kernel did not take
   transfers_refused,    ///< mesh or topology answers not begun because the last one was still on its way
+  records_written,      ///< of the recording, see SessionRecorder
+  records_lost,         ///< that found no room, or came when the recording had ended
+  recording_failed,     ///< 1: the recording ended because its file could not be written
   // Not counts, but said along with them:
   rest_frames,          ///< frames at rest that the calibration stands on
   registration_rms_um,  ///< distance of markers at rest from their said places, after a fit where one is made
 };
-inline constexpr std::size_t kCountCount = 25;
+inline constexpr std::size_t kCountCount = 28;
 
 /// Everything that happened, was skipped or was refused, by reason, since the start. Any thread adds, any reads.
 class Counters {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "daemon/alarm_report.hpp"
 #include "daemon/confidence.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/prediction_client.hpp"
@@ -99,6 +100,7 @@ json targets_json(const TargetAnswer& answer, const std::vector<std::string>& na
           {"primal_residual_mm", frame.primal_residual},
           {"dual_residual_mm", frame.dual_residual},
           {"innovation_rms_mm", frame.innovation_rms},
+          {"alarm", alarm_json(frame.alarm)},
           {"markers_used", frame.markers_used},
           {"markers_seen", frame.markers_seen},
           {"targets", targets},
@@ -114,6 +116,7 @@ void query_targets(PredictionClient& client, bool as_json) {
   std::printf("%s; frame %u, %.1f ms old; %u of %u markers used\n",
               validity_line(frame.validity, frame.reasons).c_str(), frame.tracker_frame, ms(frame.age_ns),
               frame.markers_used, frame.markers_seen);
+  if (frame.alarm.raised) std::printf("a diagnosis is due: %s\n", alarm_text(frame.alarm).c_str());
   TextTable table;
   if (!answer.targets.empty()) table.add_row({"target", "x mm", "y mm", "z mm", "95 % mm", "error mm"});
   for (const auto& target : answer.targets) {
@@ -138,6 +141,7 @@ json status_json(const DaemonStatus& status) {
   for (const auto& [name, value] : status.counters) counters[name] = value;
   return {{"validity", protocol::to_string(frame.validity)},
           {"reasons", reason_names(frame.reasons)},
+          {"alarm", alarm_json(frame.alarm)},
           {"uptime_s", static_cast<double>(frame.uptime_ns) * 1e-9},
           {"subscribers", frame.subscribers},
           {"tracker_rate_hz", frame.tracker_rate_hz},
@@ -157,6 +161,7 @@ void query_status(PredictionClient& client, bool as_json) {
   };
   const auto line = [](const char* key, const std::string& value) { std::printf("%-16s%s\n", key, value.c_str()); };
   line("validity", validity_line(frame.validity, frame.reasons));
+  line("alarm", alarm_text(frame.alarm));
   line("uptime", fixed(static_cast<double>(frame.uptime_ns) * 1e-9, 1) + " s");
   line("subscribers", std::to_string(frame.subscribers));
   line("tracker", fixed(frame.tracker_rate_hz, 1) + " frames/s");

@@ -98,8 +98,10 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   answer.report = report;
   answer.markers_seen = seen_.marker_count;
   answer.reasons = reasons_of(report, frame, step_time_ns);
+  write_alarm(frame, previous.alarm, report.mismatch, answer.alarm);
   const bool report_finite = std::isfinite(report.primal_residual) && std::isfinite(report.dual_residual) &&
-                             std::isfinite(report.innovation_rms);
+                             std::isfinite(report.innovation_rms) && std::isfinite(report.mismatch.level) &&
+                             std::isfinite(report.mismatch.misfit) && report.mismatch.place.allFinite();
   if (!write_estimates(answer) || !report.finite || !report_finite) {
     counters_.add(Count::steps_not_finite);
     answer = previous;
@@ -197,6 +199,7 @@ void FrameProcessor::calibrate(double elapsed) {
 
 void FrameProcessor::observe(const FrameInterval& interval, bool whole) {
   observation_.dt = interval.dt;
+  observation_.marker_place_sd = calibration_.place_sd();
   markers_fed_ = 0;
   const bool usable = registered();
   for (std::size_t i = 0; i < seen_.markers.size(); ++i) {
@@ -240,6 +243,7 @@ std::uint16_t FrameProcessor::reasons_of(const core::StepReport& report, const p
   say(is_partial(frame), ValidityReason::kPartialFrame);
   say(static_cast<double>(step_time_ns) * 1e-9 > clock_.period(), ValidityReason::kDeadlineMissed);
   say(report.inverted > 0, ValidityReason::kInvertedElements);
+  say(report.mismatch.raised, ValidityReason::kModelMismatch);
   return static_cast<std::uint16_t>(reasons);
 }
 
@@ -269,6 +273,20 @@ bool FrameProcessor::write_estimates(Answer& answer) const noexcept {
     answer.pads.push_back({static_cast<std::uint16_t>(i), to_array(force)});
   }
   return finite;
+}
+
+void FrameProcessor::write_alarm(const protocol::TrackerFrame& frame, const AlarmAnswer& previous,
+                                 const core::MismatchReport& mismatch, AlarmAnswer& alarm) const noexcept {
+  alarm = AlarmAnswer{};
+  alarm.watching = mismatch.watching;
+  alarm.raised = mismatch.raised;
+  alarm.level = mismatch.level;
+  alarm.misfit = mismatch.misfit;
+  alarm.has_place = mismatch.has_place;
+  if (mismatch.has_place) alarm.place = to_array(tissue_from_tracker().inverse()(mismatch.place));
+  if (!mismatch.raised) return;
+  alarm.since_frame = previous.raised ? previous.since_frame : frame.frame_number;
+  alarm.since_ns = previous.raised ? previous.since_ns : frame.receive_ns;
 }
 
 void FrameProcessor::rest_answer(Answer& answer) const noexcept {

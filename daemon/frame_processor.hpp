@@ -58,6 +58,8 @@ class FrameProcessor {
   std::uint16_t reasons_of(const core::StepReport& report, const protocol::TrackerFrame& frame,
                            std::uint64_t step_time_ns) const;
   bool write_estimates(Answer& answer) const noexcept;
+  void write_alarm(const protocol::TrackerFrame& frame, const AlarmAnswer& previous,
+                   const core::MismatchReport& mismatch, AlarmAnswer& alarm) const noexcept;
 
   bool registered() const { return !fit_ || calibration_.registration().determined; }
   const core::RigidTransform& tissue_from_tracker() const { return calibration_.registration().tissue_from_tracker; }

@@ -1,19 +1,45 @@
 #include "daemon/runtime.hpp"
 
+#include <chrono>
 #include <csignal>
+#include <filesystem>
 
 #include "daemon/monotonic_clock.hpp"
 #include "daemon/realtime.hpp"
 
 namespace tissued::daemon {
 
-Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator)
-    : processor_(simulator, config, counters_),
-      simulation_(processor_, simulator.scene().mesh.node_count(), counters_, [this] { published_.notify(); }),
-      receiver_(context_, config, counters_,
-                [this](const protocol::TrackerFrame& frame) { simulation_.submit(frame); }),
-      server_(context_, config, simulator.scene(), simulation_, counters_,
-              [this] { return receiver_.rate_hz(monotonic_ns()); }),
+namespace {
+
+std::unique_ptr<SessionRecorder> make_recorder(const config::DaemonConfig& config, Counters& counters,
+                                               std::function<void(const std::string&)> on_failure) {
+  if (config.record.empty()) return nullptr;
+  protocol::SessionHeader header;
+  header.wall_ns = static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count());
+  header.monotonic_ns = monotonic_ns();
+  header.bundle_hash = hash_of_bundle(config.bundle);
+  const std::string name = config.bundle.scene.name.substr(0, protocol::Name::kCapacity);
+  header.scene = protocol::Name::from(name).value_or(*protocol::Name::from("?"));
+  header.bundle = std::filesystem::absolute(config.bundle.folder).string();
+  return std::make_unique<SessionRecorder>(config.record, header, counters, std::move(on_failure));
+}
+
+}  // namespace
+
+Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
+                 std::function<void(const std::string&)> on_recording_failed)
+    : recorder_(make_recorder(config, counters_, std::move(on_recording_failed))),
+      processor_(simulator, config, counters_),
+      simulation_(
+          processor_, simulator.scene().mesh.node_count(), counters_, [this] { published_.notify(); }, recorder_.get()),
+      receiver_(
+          context_, config, counters_, [this](const protocol::TrackerFrame& frame) { simulation_.submit(frame); },
+          recorder_.get()),
+      server_(
+          context_, config, simulator.scene(), simulation_, counters_,
+          [this] { return receiver_.rate_hz(monotonic_ns()); }, recorder_.get()),
       published_watch_(context_, published_.descriptor()),
       signals_(context_) {}
 
@@ -30,6 +56,7 @@ void Runtime::run() {
   simulation_.stop();
   receiver_.close();
   server_.close();
+  if (recorder_) recorder_->stop();
 }
 
 std::error_code Runtime::prefer_realtime() noexcept {
@@ -52,8 +79,16 @@ void Runtime::watch_simulation() {
     if (error) return;
     published_.drain();
     server_.on_published();
+    watch_alarm();
     watch_simulation();
   });
+}
+
+void Runtime::watch_alarm() {
+  const AlarmAnswer& alarm = simulation_.answer().alarm;
+  if (alarm.raised == alarm_raised_) return;
+  alarm_raised_ = alarm.raised;
+  if (on_alarm_) on_alarm_(alarm);
 }
 
 }  // namespace tissued::daemon

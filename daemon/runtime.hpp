@@ -4,7 +4,11 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
 #include <system_error>
+#include <utility>
 
 #include "config/daemon_config.hpp"
 #include "core/simulator.hpp"
@@ -12,6 +16,7 @@
 #include "daemon/counters.hpp"
 #include "daemon/event_fd.hpp"
 #include "daemon/frame_processor.hpp"
+#include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
 #include "daemon/tracker_receiver.hpp"
 
@@ -21,8 +26,11 @@ namespace tissued::daemon {
 class Runtime {
  public:
   /// Binds both sockets; the simulator must outlive the runtime and have the config's scene, with its mesh.
-  /// Throws BindError, core::ModelError, std::system_error.
-  Runtime(const config::DaemonConfig& config, core::Simulator& simulator);
+  /// Where the configuration asks for a recording, its file is created; when that ends early, on_recording_failed is
+  /// called with one line, on a thread of its own.
+  /// Throws BindError, core::ModelError, protocol::FileError, std::system_error.
+  Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
+          std::function<void(const std::string&)> on_recording_failed = {});
   ~Runtime();
   Runtime(const Runtime&) = delete;
   Runtime& operator=(const Runtime&) = delete;
@@ -37,6 +45,8 @@ class Runtime {
   /// Real-time scheduling for the simulation and for the calling thread, which is to be the one that calls run(), and
   /// memory that stays; says what the kernel refused. Before run().
   std::error_code prefer_realtime() noexcept;
+  /// Called on the thread of run() when the alarm is raised and when it clears; must not block. Before run().
+  void on_alarm(std::function<void(const AlarmAnswer&)> callback) { on_alarm_ = std::move(callback); }
   /// Makes SIGINT and SIGTERM stop.
   void stop_on_signals();
 
@@ -46,16 +56,20 @@ class Runtime {
 
  private:
   void watch_simulation();
+  void watch_alarm();
 
   boost::asio::io_context context_{1};  // one thread runs it
   Counters counters_;
   EventFd published_;
+  std::unique_ptr<SessionRecorder> recorder_;  // null: nothing is recorded
   FrameProcessor processor_;
   SimulationThread simulation_;
   TrackerReceiver receiver_;
   ClientServer server_;
   boost::asio::posix::stream_descriptor published_watch_;
   boost::asio::signal_set signals_;
+  std::function<void(const AlarmAnswer&)> on_alarm_;
+  bool alarm_raised_ = false;
 };
 
 }  // namespace tissued::daemon

@@ -9,8 +9,12 @@
 namespace tissued::daemon {
 
 SimulationThread::SimulationThread(FrameProcessor& processor, int node_count, Counters& counters,
-                                   std::function<void()> on_published)
-    : processor_(processor), counters_(counters), on_published_(std::move(on_published)), meshes_(node_count) {
+                                   std::function<void()> on_published, SessionRecorder* recorder)
+    : processor_(processor),
+      counters_(counters),
+      on_published_(std::move(on_published)),
+      recorder_(recorder),
+      meshes_(node_count) {
   // The answer at rest is there from the start; the thread is not yet, so that both ends of the slot are ours.
   processor_.rest_answer(newest_);
   answers_.back() = newest_;
@@ -59,6 +63,7 @@ void SimulationThread::step() noexcept {
   previous_ = newest_;
   processor_.process(frames_.front(), previous_, newest_);
   publish_answer();
+  if (recorder_ != nullptr) recorder_->add_answer(newest_);
 }
 
 void SimulationThread::publish_answer() noexcept {

@@ -10,6 +10,7 @@
 #include "daemon/counters.hpp"
 #include "daemon/frame_processor.hpp"
 #include "daemon/latest_value.hpp"
+#include "daemon/session_recorder.hpp"
 #include "daemon/wake_up.hpp"
 #include "protocol/tracker_frame.hpp"
 
@@ -23,7 +24,9 @@ class SimulationThread {
   /// Starts the thread; answer() is the one at rest until a frame has been stepped. on_published is called there
   /// whenever an answer or a mesh has been published: it must neither block nor throw. processor and counters must
   /// outlive this.
-  SimulationThread(FrameProcessor& processor, int node_count, Counters& counters, std::function<void()> on_published);
+  /// recorder: null, or what is told every answer; outlives this, too.
+  SimulationThread(FrameProcessor& processor, int node_count, Counters& counters, std::function<void()> on_published,
+                   SessionRecorder* recorder = nullptr);
   /// Ends the thread after the step at hand.
   ~SimulationThread() { stop(); }
   SimulationThread(const SimulationThread&) = delete;
@@ -53,6 +56,7 @@ class SimulationThread {
   FrameProcessor& processor_;
   Counters& counters_;
   std::function<void()> on_published_;
+  SessionRecorder* recorder_;
   LatestValue<protocol::TrackerFrame> frames_;
   LatestValue<Answer> answers_;
   LatestValue<MeshSnapshot> meshes_;

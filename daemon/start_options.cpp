@@ -19,6 +19,9 @@ void declare_options(CLI::App& app, StartOptions& options) {
   app.add_option("--model", options.model_file,
                  "model.json of `tissuectl diagnose`: simulate the physics that it found")
       ->type_name("FILE");
+  app.add_option("--record", options.record_file,
+                 "Record everything received and a summary of every answer; a file that does not exist yet")
+      ->type_name("FILE");
   app.add_option("--set", options.overrides,
                  "Override a key of the configuration, e.g. material.poissons_ratio=0.42; may be repeated")
       ->type_name("KEY=VALUE")
@@ -40,6 +43,7 @@ config::DaemonConfig load_config(const StartOptions& options) {
                                     ? config::load_daemon_config(options.config_file, overrides)
                                     : config::config_for_bundle(options.bundle_folder, overrides);
   if (!options.model_file.empty()) config.model = options.model_file;
+  if (!options.record_file.empty()) config.record = options.record_file;
   apply_model(config);
   if (options.tracker_port) config.tracker.port = *options.tracker_port;
   if (options.client_port) config.clients.port = *options.client_port;

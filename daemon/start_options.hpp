@@ -18,6 +18,7 @@ struct StartOptions {
   std::string config_file;
   std::string bundle_folder;
   std::string model_file;
+  std::string record_file;
   std::vector<std::string> overrides;  ///< `key=value`, of the configuration
   std::optional<std::uint16_t> tracker_port;
   std::optional<std::uint16_t> client_port;

@@ -6,6 +6,7 @@
 
 #include "daemon/ctl_diagnose.hpp"
 #include "daemon/ctl_evaluate.hpp"
+#include "daemon/ctl_export.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/ctl_play.hpp"
 #include "daemon/ctl_query.hpp"
@@ -41,6 +42,7 @@ int main(int argc, char** argv) {
   add_evaluate_command(app, exit_code);
   add_diagnose_command(app, exit_code);
   add_predict_command(app, exit_code);
+  add_export_command(app, exit_code);
   try {
     app.parse(argc, argv);  // which runs the subcommand
   } catch (const CLI::ParseError& error) {

@@ -1,5 +1,6 @@
 // tissued: tracker packets in, targets out. Exit codes: 0 done, 1 the machine refused (port, memory), 2 usage,
 // configuration, bundle or mesh refused.
+#include <spdlog/async.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -10,6 +11,8 @@
 
 #include "config/schema.hpp"
 #include "core/simulator.hpp"
+#include "daemon/alarm_report.hpp"
+#include "daemon/answer_messages.hpp"
 #include "daemon/bound_socket.hpp"
 #include "daemon/runtime.hpp"
 #include "daemon/scene_loader.hpp"
@@ -22,7 +25,9 @@ constexpr int kRefusedByMachine = 1;
 constexpr int kRefusedInput = 2;
 
 void start_logging(config::LogLevel level) {
-  auto logger = spdlog::stderr_logger_st("tissued");
+  // A thread of its own writes: a terminal that does not read must not hold up answers. What it cannot take is lost.
+  spdlog::init_thread_pool(256, 1);
+  auto logger = spdlog::create_async_nb<spdlog::sinks::stderr_sink_mt>("tissued");
   logger->set_pattern("tissued: %l: %v");
   logger->set_level(static_cast<spdlog::level::level_enum>(level));
   spdlog::set_default_logger(logger);
@@ -32,6 +37,15 @@ void warn_of_open_address(const char* what, const std::string& address) {
   if (is_loopback(address)) return;
   spdlog::warn("{} listens on {}: ANYBODY WHO REACHES THIS ADDRESS IS BELIEVED. Nothing is encrypted or authenticated.",
                what, address);
+}
+
+void log_alarm(const AlarmAnswer& alarm) {
+  if (alarm.raised) {
+    spdlog::warn("alarm: markers contradict the assumed physics, a diagnosis is due: {}",
+                 alarm_text(alarm_state(alarm)));
+  } else {
+    spdlog::warn("alarm cleared: {}", alarm_text(alarm_state(alarm)));
+  }
 }
 
 void log_summary(const Runtime& runtime, const core::Simulator& simulator) {
@@ -50,8 +64,9 @@ void log_summary(const Runtime& runtime, const core::Simulator& simulator) {
 int serve(const config::DaemonConfig& config, core::Simulator& simulator, bool realtime) {
   warn_of_open_address("tracker", config.tracker.address);
   warn_of_open_address("clients", config.clients.address);
-  Runtime runtime(config, simulator);
+  Runtime runtime(config, simulator, [](const std::string& line) { spdlog::error("{}", line); });
   runtime.stop_on_signals();
+  runtime.on_alarm(log_alarm);
   if (realtime) {
     if (const auto refused = runtime.prefer_realtime()) {
       spdlog::warn("no real-time scheduling: {} (see ulimit -r and -l)", refused.message());
@@ -65,6 +80,7 @@ int serve(const config::DaemonConfig& config, core::Simulator& simulator, bool r
                config.simulator.kind);
   runtime.run();
   log_summary(runtime, simulator);
+  spdlog::shutdown();
   return 0;
 }
 

@@ -18,6 +18,8 @@ using boost::asio::ip::udp;
 // So many datagrams at most before clients have their turn again: a flood must not silence the daemon.
 constexpr int kMaxDrain = 1024;
 
+}  // namespace
+
 protocol::FrameAssemblerConfig assembler_config(const config::DaemonConfig& config) {
   protocol::FrameAssemblerConfig result;
   result.deadline_ns = static_cast<std::uint64_t>(config.tracker.frame_deadline.count());
@@ -26,15 +28,14 @@ protocol::FrameAssemblerConfig assembler_config(const config::DaemonConfig& conf
   return result;
 }
 
-}  // namespace
-
 TrackerReceiver::TrackerReceiver(boost::asio::io_context& context, const config::DaemonConfig& config,
-                                 Counters& counters, OnFrame on_frame)
+                                 Counters& counters, OnFrame on_frame, SessionRecorder* recorder)
     : socket_(bind_udp(context, "tracker", config.tracker.address, config.tracker.port)),
       deadline_(context),
       port_(socket_.local_endpoint().port()),
       counters_(counters),
       on_frame_(std::move(on_frame)),
+      recorder_(recorder),
       assembler_(assembler_config(config)),
       subject_prefix_(config.tracker.subject.empty() ? "" : config.tracker.subject + ":") {
   stamp_arrivals(socket_.native_handle());
@@ -63,7 +64,9 @@ void TrackerReceiver::drain() {
     if (received->drops) counters_.set(Count::kernel_drops, *received->drops);
     // Stamps come by way of the wall clock; the assembler relies on a clock that does not go back.
     newest_receive_ns_ = std::max(newest_receive_ns_, received->receive_ns);
-    take(std::span(buffer_).first(received->size), newest_receive_ns_);
+    const auto bytes = std::span<const std::uint8_t>(buffer_).first(received->size);
+    if (recorder_ != nullptr) recorder_->add_tracker(newest_receive_ns_, bytes);
+    take(bytes, newest_receive_ns_);
   }
   hand_on();
 }

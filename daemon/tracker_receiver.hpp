@@ -13,10 +13,14 @@
 #include "config/daemon_config.hpp"
 #include "daemon/counters.hpp"
 #include "daemon/rate_meter.hpp"
+#include "daemon/session_recorder.hpp"
 #include "protocol/frame_assembler.hpp"
 #include "protocol/vicon_stream.hpp"
 
 namespace tissued::daemon {
+
+/// How datagrams are joined to frames: of the markers that the bundle knows, and the deadline.
+protocol::FrameAssemblerConfig assembler_config(const config::DaemonConfig& config);
 
 /// Takes tracker datagrams off their socket, decodes them and joins them to frames. Whenever the socket is readable all
 /// that waits there is taken, and only the newest frame handed on; older ones are counted as skipped.
@@ -25,8 +29,9 @@ class TrackerReceiver {
   using OnFrame = std::function<void(const protocol::TrackerFrame&)>;
 
   /// Binds the socket; throws BindError. on_frame is called on the context's thread, from start() on.
+  /// recorder: null, or what is told every datagram; outlives this.
   TrackerReceiver(boost::asio::io_context& context, const config::DaemonConfig& config, Counters& counters,
-                  OnFrame on_frame);
+                  OnFrame on_frame, SessionRecorder* recorder = nullptr);
 
   void start();
   void close();
@@ -48,6 +53,7 @@ class TrackerReceiver {
   std::uint16_t port_ = 0;
   Counters& counters_;
   OnFrame on_frame_;
+  SessionRecorder* recorder_;
   protocol::FrameAssembler assembler_;
   std::string subject_prefix_;  // `phantom:`; empty where there is no subject
   RateMeter rate_;

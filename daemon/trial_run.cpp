@@ -24,6 +24,7 @@ RunFrame run_frame(const Answer& answer, const Recording& recording, std::size_t
   frame.markers_used = answer.report.markers_used;
   frame.innovation_rms = answer.report.innovation_rms;
   frame.step_time_ns = answer.step_time_ns;
+  frame.alarm = answer.alarm;
   for (std::size_t t = 0; t < answer.targets.size(); ++t) {
     const TargetPlace& target = answer.targets[t];
     frame.targets.push_back({to_vec3(target.position), target.covariance, recording.target(index, t)});

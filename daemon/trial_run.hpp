@@ -32,6 +32,7 @@ struct RunFrame {
   int markers_used = 0;
   double innovation_rms = 0.0;  ///< mm per axis, of the markers used, before the correction
   std::uint64_t step_time_ns = 0;
+  AlarmAnswer alarm;
   std::vector<TargetSample> targets;  ///< (targets of the bundle)
 };
 

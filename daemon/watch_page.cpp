@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "daemon/alarm_report.hpp"
 #include "daemon/confidence.hpp"
 #include "daemon/text_table.hpp"
 
@@ -13,7 +14,7 @@ namespace {
 using protocol::Validity;
 
 constexpr std::size_t kNarrow = 56;      // columns; below it only what matters most is shown
-constexpr std::size_t kFixedLines = 10;  // of the page, all but the targets
+constexpr std::size_t kFixedLines = 11;  // of the page, all but the targets
 
 enum class Colour { plain, dim, bold, green, yellow, red };
 
@@ -202,6 +203,8 @@ std::vector<std::string> watch_page(const WatchStatistics& statistics, const Con
   std::vector<std::string> lines{title_line(statistics, connection, style),
                                  state_line(statistics, connection, style, now_ns),
                                  reasons_line(statistics, connection, style)};
+  if (connection.answering && statistics.latest() && statistics.latest()->frame.alarm.raised)
+    lines.push_back(brush(Colour::red, "  a diagnosis is due: " + alarm_text(statistics.latest()->frame.alarm)));
   for (std::string& line : target_lines(statistics, style)) lines.push_back(std::move(line));
   if (statistics.latest()) {
     lines.insert(lines.end(), {"", latency_text("receive to send", statistics.recent_latency()),

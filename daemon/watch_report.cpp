@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "daemon/alarm_report.hpp"
 #include "daemon/confidence.hpp"
 #include "daemon/text_table.hpp"
 
@@ -47,6 +48,7 @@ std::string watch_line(const WatchStatistics& statistics, const Connection& conn
           fixed(ms(statistics.recent_latency().percentile_ns(0.5)), 2) + " p99 " +
           fixed(ms(statistics.recent_latency().percentile_ns(0.99)), 2) + " max " +
           fixed(ms(statistics.recent_latency().max_ns()), 2) + " ms";
+  if (frame.alarm.raised) line += "  ALARM " + alarm_text(frame.alarm);
   for (const WatchedTarget& target : statistics.targets()) {
     if (!target.latest) continue;
     const auto& error = target.error;
@@ -80,6 +82,7 @@ json watch_json(const WatchStatistics& statistics, const Connection& connection,
                  {"iterations", frame.iterations},
                  {"markers_used", frame.markers_used},
                  {"innovation_rms_mm", frame.innovation_rms},
+                 {"alarm", alarm_json(frame.alarm)},
                  {"receive_to_send_ms",
                   {{"p50", ms(statistics.recent_latency().percentile_ns(0.5))},
                    {"p99", ms(statistics.recent_latency().percentile_ns(0.99))},

@@ -10,7 +10,7 @@
 namespace tissued::protocol {
 
 inline constexpr std::uint16_t kClientPort = 51010;
-inline constexpr std::uint8_t kClientVersion = 1;
+inline constexpr std::uint8_t kClientVersion = 2;
 inline constexpr std::size_t kMaxDatagram = 1400;  // bytes: below the MTU of Ethernet with room for tunnels
 inline constexpr std::size_t kHeaderSize = 24;     // bytes
 

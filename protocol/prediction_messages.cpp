@@ -10,8 +10,8 @@ constexpr std::uint8_t kStampFlag = 0x01;
 constexpr std::uint8_t kTruthFlag = 0x01;
 
 constexpr std::array<const char*, kValidityReasonCount> kReasonNames{
-    "tracker_silent", "not_converged",  "diverged",      "no_markers",      "few_markers",      "markers_rejected",
-    "pad_missing",    "not_registered", "partial_frame", "deadline_missed", "inverted_elements"};
+    "tracker_silent", "not_converged",  "diverged",      "no_markers",      "few_markers",       "markers_rejected",
+    "pad_missing",    "not_registered", "partial_frame", "deadline_missed", "inverted_elements", "model_mismatch"};
 
 bool read_target(ByteReader& reader, TargetPrediction& target) {
   target.index = reader.u16();
@@ -89,9 +89,10 @@ ClientRefusal read_body(ByteReader& reader, Predictions& message) {
   message.primal_residual = reader.f64();
   message.dual_residual = reader.f64();
   message.innovation_rms = reader.f64();
+  const bool good_alarm = read_alarm_state(reader, message.alarm);
   const std::uint8_t target_count = reader.u8();
   const std::uint8_t pad_count = reader.u8();
-  bool good = reader.u16() == 0;
+  bool good = reader.u16() == 0 && good_alarm;
   if (!message.targets.resize(target_count) || !message.pads.resize(pad_count)) return ClientRefusal::wrong_size;
   for (TargetPrediction& target : message.targets) good = read_target(reader, target) && good;
   for (PadReaction& pad : message.pads) good = read_pad(reader, pad) && good;
@@ -120,6 +121,7 @@ void write_body(ByteWriter& writer, const Predictions& message) {
   writer.f64(message.primal_residual);
   writer.f64(message.dual_residual);
   writer.f64(message.innovation_rms);
+  write_alarm_state(writer, message.alarm);
   writer.u8(static_cast<std::uint8_t>(message.targets.size()));
   writer.u8(static_cast<std::uint8_t>(message.pads.size()));
   writer.u16(0);

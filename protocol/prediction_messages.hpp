@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "protocol/alarm_state.hpp"
 #include "protocol/client_header.hpp"
 #include "protocol/fixed_list.hpp"
 
@@ -37,8 +38,9 @@ enum ValidityReason : std::uint16_t {
   kPartialFrame = 1 << 8,       // the tracker frame lacked datagrams
   kDeadlineMissed = 1 << 9,     // the step took longer than a frame
   kInvertedElements = 1 << 10,  // the mesh holds inverted elements
+  kModelMismatch = 1 << 11,     // the alarm is raised: the assumed physics does not explain the markers
 };
-inline constexpr std::size_t kValidityReasonCount = 11;
+inline constexpr std::size_t kValidityReasonCount = 12;
 
 // Name of bit `bit` (0 .. 15); "unknown" for a reserved one.
 const char* validity_reason_name(unsigned bit);
@@ -76,7 +78,8 @@ struct Predictions {
   double primal_residual = 0;      // mm, ADMM, after the last iteration
   double dual_residual = 0;        // mm
   double innovation_rms = 0;       // mm, over the markers used, before the filter's correction
-  std::uint16_t iterations = 0;    // ADMM
+  AlarmState alarm;
+  std::uint16_t iterations = 0;  // ADMM
   std::uint16_t markers_used = 0;
   std::uint16_t markers_seen = 0;  // in the tracker frame, not occluded
 

@@ -23,12 +23,13 @@ ClientRefusal read_body(ByteReader& reader, Status& message) {
   message.step_max_ns = reader.u64();
   message.tracker_rate_hz = reader.f64();
   message.step_rate_hz = reader.f64();
+  const bool good_alarm = read_alarm_state(reader, message.alarm);
   if (!message.counters.resize(count)) return ClientRefusal::wrong_size;
   for (Counter& counter : message.counters) {
     counter.index = reader.u16();
     counter.value = reader.u64();
   }
-  const bool good = message.part < message.part_count && message.part_count <= kMaxParts &&
+  const bool good = good_alarm && message.part < message.part_count && message.part_count <= kMaxParts &&
                     message.validity <= Validity::invalid && message.tracker_rate_hz >= 0 && message.step_rate_hz >= 0;
   return good ? ClientRefusal::none : ClientRefusal::bad_value;
 }
@@ -50,6 +51,7 @@ void write_body(ByteWriter& writer, const Status& message) {
   writer.u64(message.step_max_ns);
   writer.f64(message.tracker_rate_hz);
   writer.f64(message.step_rate_hz);
+  write_alarm_state(writer, message.alarm);
   for (const Counter& counter : message.counters) {
     writer.u16(counter.index);
     writer.u64(counter.value);

@@ -39,6 +39,7 @@ struct Status {
   std::uint64_t step_max_ns = 0;
   double tracker_rate_hz = 0;  // frames received per second, recently
   double step_rate_hz = 0;     // frames simulated per second, recently
+  AlarmState alarm;            // of the newest answer
 
   static constexpr std::size_t kCountersPerPart = 100;
   FixedList<Counter, kCountersPerPart> counters;

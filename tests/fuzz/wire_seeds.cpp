@@ -1,12 +1,15 @@
-// Writes the seeds of the datagram fuzzers: FOLDER/client_messages/* and FOLDER/tracker_stream/*.
+// Writes the seeds of the datagram fuzzers: FOLDER/client_messages/*, FOLDER/tracker_stream/*
+// and FOLDER/session_file/*.
 
 #include <array>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/bytes.hpp"
+#include "protocol/session_file.hpp"
 #include "protocol/vicon_stream.hpp"
 #include "tests/protocol/client_samples.hpp"
 
@@ -50,6 +53,28 @@ Bytes stream(int markers, bool stamps, std::uint32_t first_frame) {
   return bytes;
 }
 
+// A recording of a live session: the header, and a record of each kind.
+Bytes session_file() {
+  Bytes bytes(kSessionHeaderSize);
+  SessionHeader header;
+  header.scene = Name::from("demo").value();
+  header.bundle = "/data/demo";
+  write_session_header(header, bytes);
+  AnswerSummary summary;
+  summary.targets.push_back({1, 2, 3});
+  Bytes answer(kMaxSessionBody);
+  answer.resize(write_answer_summary(summary, answer));
+  for (const auto& [kind, body] :
+       {std::pair(SessionRecordKind::tracker_datagram, stream(2, true, 7)),
+        std::pair(SessionRecordKind::client_datagram, Bytes{1, 2}), std::pair(SessionRecordKind::answer, answer),
+        std::pair(SessionRecordKind::lost, Bytes(8, 1))}) {
+    Bytes record(kSessionRecordOverhead + body.size());
+    write_session_record({kind, 1'000'000'000, body}, record);
+    bytes.insert(bytes.end(), record.begin(), record.end());
+  }
+  return bytes;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -65,5 +90,6 @@ int main(int argc, char** argv) {
     write(folder / "tracker_stream", number++, stream(2, true, first_frame));
     write(folder / "tracker_stream", number++, stream(25, true, first_frame));
   }
+  write(folder / "session_file", 0, session_file());
   return 0;
 }

@@ -49,7 +49,7 @@ constexpr std::size_t kHello = 0, kQueryNames = 1, kQueryMesh = 3, kQueryTopolog
                       kNames = 9, kPredictions = 10, kPositions32 = 11, kPositions64 = 12, kTetrahedra = 13,
                       kTriangles = 14, kStatus_ = 15, kSubscribeReply = 16, kError = 17;
 
-constexpr std::size_t kFirstTarget = 108, kFirstPad = 108 + 200;
+constexpr std::size_t kAlarm = 104, kFirstTarget = 164, kFirstPad = kFirstTarget + 200, kStatusAlarm = 112;
 
 }  // namespace
 
@@ -68,11 +68,13 @@ TEST_CASE("every number that is not finite is refused") {
   check_fields(kSubscribeReply, {28});
   check_fields(kHelloReply, {120});
   check_fields(kPredictions, run(80, 3));
+  check_fields(kPredictions, run(kAlarm + 16, 5));
   check_fields(kPredictions, run(kFirstTarget + 4, 12));
   check_fields(kPredictions, run(kFirstTarget + 104, 12));
   for (std::size_t pad = 0; pad < 3; ++pad) check_fields(kPredictions, run(kFirstPad + 28 * pad + 4, 3));
   check_fields(kPositions64, run(60, 12));
   check_fields(kStatus_, {96, 104});
+  check_fields(kStatus_, run(kStatusAlarm + 16, 5));
   for (std::size_t i = 0; i < 12; ++i) {
     check_all(kPositions32, {{60 + 4 * i, {0x00, 0x00, 0xC0, 0x7F}}, {60 + 4 * i, {0x00, 0x00, 0x80, 0xFF}}},
               ClientRefusal::not_finite);
@@ -108,7 +110,7 @@ TEST_CASE("values beyond their limits are refused: answers about the session") {
 }
 
 TEST_CASE("values beyond their limits are refused: predictions") {
-  check_all(kPredictions, {{24, {3}}, {25, {1}}, {25, {0}}, {25, {65}}, {26, {4}}, {27, {2}}, {106, {1}}, {107, {1}}},
+  check_all(kPredictions, {{24, {3}}, {25, {1}}, {25, {0}}, {25, {65}}, {26, {4}}, {27, {2}}, {162, {1}}, {163, {1}}},
             ClientRefusal::bad_value);
   check_all(kPredictions, {{25, {64}}, {24, {0}}, {28, {0xFF, 0xFF}}}, ClientRefusal::none);
   check_all(kPredictions, {{27, {0}}}, ClientRefusal::bad_value);  // a stamp, though none is known
@@ -127,6 +129,23 @@ TEST_CASE("values beyond their limits are refused: predictions") {
     check_all(kPredictions, {{kFirstPad + 28 * pad + 2, {1}}, {kFirstPad + 28 * pad + 3, {1}}},
               ClientRefusal::bad_value);
   }
+}
+
+TEST_CASE("values beyond their limits are refused: the alarm") {
+  const auto check_alarm = [](std::size_t index, std::size_t at) {
+    // Unknown flags, reserved bytes, numbers below 0.
+    check_all(index, {{at, {0x0F}}, {at, {0x87}}, {at + 1, {1}}, {at + 2, {1}}, {at + 3, {1}}},
+              ClientRefusal::bad_value);
+    check_all(index, {{at + 16, kMinusOne}, {at + 16, kLeastNegative}, {at + 24, kMinusOne}}, ClientRefusal::bad_value);
+    // Since when, though it is not raised; where, though that is not known.
+    check_all(index, {{at, {0x05}}, {at, {0x03}}}, ClientRefusal::bad_value);
+    CHECK(refusal_with(index, {{at, {0x05}}, {at + 4, Bytes(4, 0)}}) == ClientRefusal::bad_value);
+    CHECK(refusal_with(index, {{at, {0x05}}, {at + 4, Bytes(12, 0)}}) == ClientRefusal::none);
+    CHECK(refusal_with(index, {{at, {0x03}}, {at + 32, Bytes(24, 0)}}) == ClientRefusal::none);
+    check_all(index, {{at, {0x06}}, {at + 32, kMinusOne}}, ClientRefusal::none);
+  };
+  check_alarm(kPredictions, kAlarm);
+  check_alarm(kStatus_, kStatusAlarm);
 }
 
 TEST_CASE("a chunk that is not where it belongs is refused") {
@@ -159,7 +178,7 @@ TEST_CASE("values beyond their limits are refused: status") {
 
 TEST_CASE("counts that do not fill the body, or exceed what a datagram holds, are of the wrong size") {
   check_all(kNames, {{25, {2}}, {25, {4}}, {25, {58}}, {25, {255}}}, ClientRefusal::wrong_size);
-  check_all(kPredictions, {{104, {1}}, {104, {3}}, {104, {11}}, {105, {2}}, {105, {4}}, {105, {255}}},
+  check_all(kPredictions, {{160, {1}}, {160, {3}}, {160, {11}}, {161, {2}}, {161, {4}}, {161, {255}}},
             ClientRefusal::wrong_size);
   check_all(kPositions32, {{56, {3}}, {56, {5}}, {56, {111}}}, ClientRefusal::wrong_size);
   check_all(kTriangles, {{25, {2}}, {25, {4}}, {25, {113}}, {24, {4}}}, ClientRefusal::wrong_size);
@@ -167,7 +186,7 @@ TEST_CASE("counts that do not fill the body, or exceed what a datagram holds, ar
 
   // Eleven targets would fit a datagram, and the body is filled exactly, but ten is the limit.
   Bytes eleven = encoded({}, Predictions{});
-  eleven[104] = 11;
+  eleven[160] = 11;
   eleven.resize(eleven.size() + 1100);
   eleven[20] = static_cast<std::uint8_t>(eleven.size() & 0xFF);
   eleven[21] = static_cast<std::uint8_t>(eleven.size() >> 8);
@@ -187,7 +206,7 @@ TEST_CASE("a count that no datagram holds is of the wrong size, whatever else is
 
 TEST_CASE("the first gate that fails names the refusal") {
   using Refusal = ClientRefusal;
-  const Change magic{0, {'x'}}, version{4, {2}}, flags{7, {0x80}}, type{5, {0x44}}, length{20, {0}};
+  const Change magic{0, {'x'}}, version{4, {1}}, flags{7, {0x80}}, type{5, {0x44}}, length{20, {0}};
   const Change nan{120, kNan}, name{24, {0x00}}, value{120, kMinusOne};
   CHECK(refusal_with(kHelloReply, {magic, version, flags, type, length, nan, name}) == Refusal::bad_magic);
   CHECK(refusal_with(kHelloReply, {version, flags, type, length, nan, name}) == Refusal::bad_version);

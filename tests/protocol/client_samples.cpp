@@ -53,6 +53,7 @@ Predictions predictions() {
   message.primal_residual = 0.25;
   message.dual_residual = 0.5;
   message.innovation_rms = 0.75;
+  message.alarm = {true, true, true, 41, 42, 1.5, 0.125, {13, -14, 15}};
   message.targets.push_back({10, {1, 2, 3}, {4, -5, 6, 7, -8, 9}, true, {10, 11, 12}});
   message.targets.push_back({11, {-1, -2, -3}, {0, 0, 0, 0, 0, 0}, false, {}});
   message.pads.push_back({8, {1.5, -2.5, 3.5}});
@@ -108,6 +109,7 @@ Status status() {
   message.step_max_ns = 39;
   message.tracker_rate_hz = 99.5;
   message.step_rate_hz = 98.5;
+  message.alarm = {true, true, true, 51, 52, 1.25, 0.375, {-16, 17, -18}};
   message.counters.push_back({100, 0x0102030405060708});
   message.counters.push_back({101, 0});
   return message;

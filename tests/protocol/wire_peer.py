@@ -53,14 +53,19 @@ def client_bodies():
             body += struct.pack(f"<{corners}I", *(i, 1000 + i, 69999 - i, 300 + i)[:corners])
         yield 0x85, body
     yield 0x86, (struct.pack("<BBBBHH8Qdd", 1, 2, 3, 2, 0x0403, 31, *range(32, 40), 99.5, 98.5)
+                 + alarm(51, 52, 1.25, 0.375, (-16, 17, -18))
                  + struct.pack("<HQ", 100, 0x0102030405060708) + struct.pack("<HQ", 101, 0))
     yield 0x87, struct.pack("<BBHd", 2, 4, 0, 0.5)
     yield 0xFF, struct.pack("<BBBB", 0, 6, 0x7E, 0)
 
 
+def alarm(frame, nanoseconds, level, misfit, place):
+    return struct.pack("<BBHIQ5d", 7, 0, 0, frame, nanoseconds, level, misfit, *place)
+
+
 def predictions():
-    body = struct.pack("<BBBBHHHHI5Q3dBBH", 1, 3, 2, 1, 0x0102, 11, 12, 13, 14, 15, 16, 17, 18, 19,
-                       0.25, 0.5, 0.75, 2, 3, 0)
+    body = struct.pack("<BBBBHHHHI5Q3d", 1, 3, 2, 1, 0x0102, 11, 12, 13, 14, 15, 16, 17, 18, 19, 0.25, 0.5, 0.75)
+    body += alarm(41, 42, 1.5, 0.125, (13, -14, 15)) + struct.pack("<BBH", 2, 3, 0)
     body += struct.pack("<HBB12d", 10, 1, 0, 1, 2, 3, 4, -5, 6, 7, -8, 9, 10, 11, 12)
     body += struct.pack("<HBB12d", 11, 0, 0, -1, -2, -3, 0, 0, 0, 0, 0, 0, 0, 0, 0)
     body += struct.pack("<HH3d", 8, 0, 1.5, -2.5, 3.5)
@@ -71,7 +76,7 @@ def predictions():
 
 def client_datagrams():
     for i, (message_type, body) in enumerate(client_bodies()):
-        yield b"TSUD" + struct.pack("<BBHIIII", 1, message_type, 0, 0xA0B0C0D0 + i, 0x01020304 + i, 0x10203040 + i,
+        yield b"TSUD" + struct.pack("<BBHIIII", 2, message_type, 0, 0xA0B0C0D0 + i, 0x01020304 + i, 0x10203040 + i,
                                     24 + len(body)) + body
 
 

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "config/bundle.hpp"
+#include "daemon/answer.hpp"
+#include "daemon/counters.hpp"
+#include "daemon/record_ring.hpp"
+#include "daemon/wake_up.hpp"
+#include "protocol/session_file.hpp"
+
+namespace tissued::daemon {
+
+/// FNV-1a over the bytes of the bundle's bundle.json, then of its mesh. Throws protocol::FileError.
+std::uint64_t hash_of_bundle(const config::Bundle& bundle);
+
+/// Writes what the daemon receives and answers to a file, on a thread of its own. The threads that hand records over
+/// never wait for it: what finds no room is counted and said in the file. What was handed over is in the kernel's hands
+/// within kFlush, so that killing the daemon loses no more. Where the file cannot be written any more (the disk is
+/// full) recording ends, the rest is counted as lost, and the callback is told once; a record that was begun is taken
+/// back or left torn, which its reader recognises.
+class SessionRecorder {
+ public:
+  static constexpr std::uint64_t kFlush_ns = 50'000'000;
+
+  /// Creates the file, which must not exist yet, and writes its header. on_failure: one line, called on the recorder's
+  /// thread. Throws std::system_error.
+  SessionRecorder(const std::filesystem::path& file, const protocol::SessionHeader& header, Counters& counters,
+                  std::function<void(const std::string&)> on_failure);
+  ~SessionRecorder() { stop(); }
+  SessionRecorder(const SessionRecorder&) = delete;
+  SessionRecorder& operator=(const SessionRecorder&) = delete;
+
+  /// I/O thread.
+  void add_tracker(std::uint64_t receive_ns, std::span<const std::uint8_t> bytes) noexcept;
+  void add_client(std::uint64_t receive_ns, std::span<const std::uint8_t> bytes) noexcept;
+  /// Simulation thread.
+  void add_answer(const Answer& answer) noexcept;
+
+  /// Writes what is left and closes. Once the other threads add nothing any more.
+  void stop();
+
+ private:
+  // One producer's.
+  struct Source {
+    explicit Source(std::size_t capacity) : ring(capacity) {}
+    RecordRing ring;
+    std::atomic<std::uint64_t> lost{0};
+    std::uint64_t lost_said = 0;  // the recorder's own
+  };
+
+  void add(Source& source, protocol::SessionRecordKind kind, std::uint64_t stamp_ns,
+           std::span<const std::uint8_t> body) noexcept;
+  void run() noexcept;
+  void drain(Source& source) noexcept;
+  void say_losses(Source& source) noexcept;
+  void append(const protocol::SessionRecord& record) noexcept;
+  void flush() noexcept;
+  void fail(int error) noexcept;
+
+  std::string name_;
+  Counters& counters_;
+  std::function<void(const std::string&)> on_failure_;
+  int file_ = -1;
+  Source datagrams_, answers_;
+  std::vector<std::uint8_t> pending_;  // to be written, in whole records
+  std::size_t pending_size_ = 0, pending_records_ = 0;
+  std::vector<std::uint8_t> body_;
+  std::uint64_t written_ = 0;  // bytes, in the file
+  bool failed_ = false;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace tissued::daemon
