@@ -62,10 +62,15 @@ def main():
             path = os.path.join(scratch, "model.json")
             with open(path, "w") as out:
                 json.dump(true, out)
+            failed = ""
             for trial in bundle["held_out"]:
                 for extra, end in (([], ".assumed.csv"), (["--model", path], ".csv")):
-                    subprocess.run([tissuectl, "predict", folders.bundle(name), *extra, "--trial", trial, "--out", os.path.join(scratch, trial + end)], check=True)
+                    command = [tissuectl, "predict", folders.bundle(name), *extra, "--trial", trial, "--out", os.path.join(scratch, trial + end)]
+                    failed += subprocess.run(command, check=False, capture_output=True, text=True).stderr
             errors = scoring.held_out_errors(answers, scratch)
+        if errors is None:
+            print(f"{name:14s}{' '.join(answers['kinds']):44s}  {failed.strip()}", flush=True)
+            continue
         cells = ["{:.3f} -> {:.3f}".format(*errors[what]) for what in ("target", "marker")]
         print(f"{name:14s}{' '.join(answers['kinds']) or 'none':44s}  {cells[0]:20s} {cells[1]}", flush=True)
 
