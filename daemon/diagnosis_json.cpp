@@ -103,10 +103,7 @@ json fit_json(const core::Diagnosis& diagnosis) {
   put(floor, "marker", diagnosis.noise_marker_mm);
   put(floor, "force", diagnosis.noise_force_N);
   put(discretisation, "marker_rms", diagnosis.discretisation_marker_mm);
-  json each = json::array();
-  for (const core::TrialCourse& course : diagnosis.courses) each.push_back(course_json(course));
   return {{"trials", misfits_json(diagnosis.trials)},
-          {"each_trial", each},
           {"held_out",
            misfits_json(diagnosis.held_out_seen ? diagnosis.held_out : core::Misfits{kUnseen, kUnseen, kUnseen})},
           {"noise_floor", floor},
@@ -126,6 +123,7 @@ json report_json(const core::Diagnosis& diagnosis) {
       {"format", "tissue-diagnosis/1"}, {"bundle", diagnosis.bundle},     {"verdict", core::name_of(diagnosis.verdict)},
       {"findings", findings},           {"alternatives", alternatives},   {"fit", fit_json(diagnosis)},
       {"next_experiment", nullptr},     {"complete", diagnosis.complete}, {"remarks", diagnosis.remarks}};
+  for (const core::TrialCourse& course : diagnosis.courses) report["each_trial"].push_back(course_json(course));
   if (!diagnosis.next_experiment.empty()) report["next_experiment"] = diagnosis.next_experiment;
   put(report, "seconds", diagnosis.seconds);
   return report;

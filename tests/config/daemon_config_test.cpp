@@ -145,7 +145,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/bundle", "7", "/bundle: 7 is not a string"},
       {"/simulators", "{}",
        "/simulators: unknown key; known are format, bundle, tracker, clients, model, simulator, material, gravity, "
-       "filter, fem, markers, registration, staleness and log"},
+       "filter, fem, alarm, markers, registration, staleness, record and log"},
       {"/model", "3", "/model: 3 is not a string"},
       {"/tracker", "51001", "/tracker: 51001 is not an object"},
       {"/tracker/address", R"("localhost")", R"(/tracker/address: "localhost" is not an IPv4 or IPv6 address)"},

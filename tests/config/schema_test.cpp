@@ -165,7 +165,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
     const std::string key = std::regex_replace(place, std::regex("/properties"), "");
     CHECK(described(with(kConfig, key, node["default"].dump())) == left_out);
   });
-  CHECK(defaults == 41);
+  CHECK(defaults == 43);
 }
 
 TEST_CASE("The simulators that the schema offers are those that core makes") {

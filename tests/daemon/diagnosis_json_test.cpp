@@ -25,6 +25,10 @@ TEST_CASE("A report has the contract's names and numbers") {
     "parameters": {"center": {"value": [24.0, 6.0, 30.0], "sd": [0.9, 1.1, 1.6], "unit": "mm"},
                    "radius": {"value": 11.2, "sd": 0.8, "unit": "mm"},
                    "ratio": {"value": 4.2, "sd": 0.7, "unit": "1"}}})"));
+  REQUIRE(report["each_trial"].size() == 4);
+  CHECK(report["each_trial"][3]["trial"] == "held-a12-10");
+  CHECK(report["each_trial"][3]["held_out"] == true);
+  CHECK(report["each_trial"][0]["assumed_marker_rms"].get<double>() == Approx(0.787).margin(1e-3));
   REQUIRE(report["alternatives"].size() == 4);
   CHECK(report["alternatives"][0] == json{{"kind", "stiffness-gradient"}, {"probability", 0.021}});
   CHECK(report["fit"] == json::parse(R"({

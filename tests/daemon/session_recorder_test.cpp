@@ -155,7 +155,7 @@ TEST_CASE("a recording holds every datagram as it came, and an answer for every 
   }
 }
 
-TEST_CASE("a recording that exists already is not written over; one in which nothing came is removed") {
+TEST_CASE("a recording that exists already is not written over, one in which nothing came is removed") {
   const TemporaryFolder folder;
   const config::DaemonConfig config = recording_config(folder);
   {
@@ -167,7 +167,7 @@ TEST_CASE("a recording that exists already is not written over; one in which not
   CHECK_FALSE(std::filesystem::exists(config.record));
 }
 
-TEST_CASE("killed, the daemon leaves a recording of all but the last moment; on a full disk it serves on") {
+TEST_CASE("killed, the daemon leaves a recording of all but the last moment, on a full disk it serves on") {
   const TemporaryFolder folder;
   const std::string bundle = write_cube_bundle(folder).string();
   const std::string file = (folder.path() / "live.rec").string();
