@@ -95,18 +95,22 @@ MaterialPoint locate_on_surface(const TetMesh& mesh, const std::vector<Triangle>
   return best;
 }
 
+std::array<double, 4> barycentric_in(const TetMesh& mesh, const Tet& tet, const Vec3& position) {
+  Mat3 edges;
+  for (int a = 0; a < 3; ++a) edges.col(a) = mesh.node(tet[a + 1]) - mesh.node(tet[0]);
+  const Vec3 local = edges.inverse() * (position - mesh.node(tet[0]));
+  return {1.0 - local.sum(), local[0], local[1], local[2]};
+}
+
 MaterialPoint locate_in_volume(const TetMesh& mesh, const Vec3& position) {
   constexpr double kInside = -1e-9;
   for (const Tet& tet : mesh.tets) {
-    Mat3 edges;
-    for (int a = 0; a < 3; ++a) edges.col(a) = mesh.node(tet[a + 1]) - mesh.node(tet[0]);
-    const Vec3 local = edges.inverse() * (position - mesh.node(tet[0]));
-    const double first = 1.0 - local.sum();
-    if (first < kInside || local.minCoeff() < kInside) continue;
+    const std::array<double, 4> weights = barycentric_in(mesh, tet, position);
+    if (*std::min_element(weights.begin(), weights.end()) < kInside) continue;
     MaterialPoint point;
     point.count = 4;
     point.nodes = tet;
-    point.weights = {first, local[0], local[1], local[2]};
+    point.weights = weights;
     return point;
   }
   return locate_on_surface(mesh, boundary_of(mesh), position);

@@ -50,6 +50,9 @@ struct MaterialPoint {
 
 Vec3 rest_position(const TetMesh& mesh, const MaterialPoint& point);
 
+// Barycentric coordinates in a tetrahedron, wherever `position` lies.
+std::array<double, 4> barycentric_in(const TetMesh& mesh, const Tet& tet, const Vec3& position);
+
 // The tetrahedron that holds `position`, or the one whose nearest point is closest (distance > 0 then).
 MaterialPoint locate_in_volume(const TetMesh& mesh, const Vec3& position);
 

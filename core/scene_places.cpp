@@ -1,6 +1,5 @@
 #include "core/scene_places.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cstdio>
 
@@ -35,13 +34,6 @@ const Tet& behind(const TetMesh& mesh, const MaterialPoint& point) {
     return std::all_of(point.nodes.begin(), point.nodes.begin() + point.count,
                        [&](int node) { return has(tet, node); });
   });
-}
-
-std::array<double, 4> barycentric_in(const TetMesh& mesh, const Tet& tet, const Vec3& position) {
-  Mat3 edges;
-  for (int a = 0; a < 3; ++a) edges.col(a) = mesh.node(tet[a + 1]) - mesh.node(tet[0]);
-  const Vec3 local = edges.inverse() * (position - mesh.node(tet[0]));
-  return {1.0 - local.sum(), local[0], local[1], local[2]};
 }
 
 MaterialPoint on_stalk(const TetMesh& mesh, const MaterialPoint& foot, const Vec3& position) {

@@ -12,7 +12,7 @@ namespace tissued::daemon {
 
 struct BundleDiagnosisOptions {
   int threads = 0;        // 0: as many as there are processors
-  double budget = 140.0;  // s
+  double budget = 150.0;  // s
   bool quick = false;     // do not judge the elements by finer ones
 };
 

@@ -11,7 +11,8 @@ namespace {
 constexpr double kTravel = 2.0;  // mm between the keys of a path
 
 LoadPath path_of(const RecordedTrial& trial, const Scene& scene) {
-  return trial.motion ? LoadPath(trial, scene, MotionSteps{period_of(trial) / 26.0, 1e9, false}) : LoadPath(trial, scene, kTravel);
+  return trial.motion ? LoadPath(trial, scene, MotionSteps{kFineStep * period_of(trial), 1e9, false})
+                      : LoadPath(trial, scene, kTravel);
 }
 
 // Root mean squares over frames x channels of a kind, where markers sit taken off.

@@ -188,18 +188,19 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   if (diagnosis.verdict != Verdict::no_mismatch) diagnosis.mismatch_map = map.of_tet;
 }
 
-// A search that was stopped before it found anything has not shown that there is nothing.
+// A search that was stopped while markers do not fit has not shown that there is nothing, nor that nothing has a name.
 void doubt(Diagnosis& diagnosis) {
   constexpr double kMisfit = 1.3;  // of the noise
-  if (diagnosis.verdict != Verdict::no_mismatch ||
-      !(diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm))
-    return;
+  constexpr double kEven = 0.5;
+  if (!(diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm)) return;
+  for (Finding& finding : diagnosis.findings) finding.probability = std::min(finding.probability, kEven);
+  if (diagnosis.verdict != Verdict::no_mismatch && diagnosis.verdict != Verdict::parameters) return;
   diagnosis.verdict = Verdict::unexplained;
   Finding unknown;
   unknown.kind = "unknown";
   unknown.title = title_of("unknown");
   unknown.summary = "The markers do not fit, and the search was stopped before an explanation was found.";
-  unknown.probability = 0.5;
+  unknown.probability = kEven;
   diagnosis.findings.push_back(std::move(unknown));
 }
 

@@ -28,7 +28,7 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
   fit.residuals.resize(data_->paths.size());
   ++fit.evaluations;
   std::vector<std::uint8_t> is_solved(data_->paths.size(), 0);
-#pragma omp parallel for schedule(dynamic, 1) if (solvers_.size() > 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(data_->threads) if (solvers_.size() > 1)
   for (int k = 0; k < trials; ++k) {
     if (data_->stop != nullptr && data_->stop->load(std::memory_order_relaxed)) continue;
     PathSolver& solver = solvers_[solvers_.size() > 1 ? k : 0];

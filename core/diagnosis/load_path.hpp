@@ -33,6 +33,9 @@ struct MotionSteps {
   bool settles = true;    // then in long steps, which damp; false: as far as `window` even so
 };
 
+// Of the shortest period, between keys where a swing is followed to all frames.
+inline constexpr double kFineStep = 1.0 / 26.0;
+
 // s, of the fastest swing that is seen about where a body comes to rest; what is usual of soft tissue where none is.
 double period_of(const RecordedTrial& trial);
 

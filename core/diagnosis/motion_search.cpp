@@ -1,5 +1,7 @@
 #include "core/diagnosis/motion_search.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -10,8 +12,8 @@ namespace tissued::core {
 
 namespace {
 
-// Of the shortest period that is seen: the steps of the first look and of the fit to all frames, and how long a look.
-constexpr double kLookStep = 1.0 / 13.0, kStep = 1.0 / 26.0, kLookFor = 2.7;
+// Of the shortest period that is seen: the steps of the first look, and how far it goes.
+constexpr double kLookStep = 2.0 * kFineStep, kLookFor = 2.7;
 constexpr FitControl kLook{4, 5.0}, kExact{6, 1.0};
 constexpr std::size_t kMostRounds = 4, kMostFits = 2;
 constexpr double kWorthwhile = 0.2;     // of chi square: what an explanation of a swing is to take off
@@ -119,14 +121,17 @@ SearchResult search_motion(const RecordedSession& session, const SearchOptions& 
   const ErrorModel errors = error_model(session);
   double period = std::numeric_limits<double>::infinity();
   for (const RecordedTrial& trial : session.trials) period = std::min(period, period_of(trial));
-  result.exact = fit_data(session, MotionSteps{kStep * period}, errors, &work.stop);
+  result.exact = fit_data(session, MotionSteps{kFineStep * period}, errors, &work.stop);
   result.fast = fit_data(session, MotionSteps{kLookStep * period, kLookFor * period}, errors, &work.stop);
+  result.exact.threads = result.fast.threads = options.threads > 0 ? options.threads : omp_get_num_procs();
   result.coarse = result.fast;
   Hypothesis nothing;
   nothing.numbers = false;
   work.tell(0.02, "the assumed physics");
   // A model without damping swings on, whatever was seen.
-  result.assumed = assess(fit_data(session, MotionSteps{kStep * period, 1e9, false}, errors, &work.stop), nothing);
+  FitData unsettled = fit_data(session, MotionSteps{kFineStep * period, 1e9, false}, errors, &work.stop);
+  unsettled.threads = result.exact.threads;
+  result.assumed = assess(unsettled, nothing);
   result.numbers = numbers_candidate();
   result.numbers.hypothesis.releases = static_cast<int>(session.trials.size());
   work.tell(0.1, "the assumed physics' own numbers");

@@ -38,7 +38,8 @@ class Work {
            const std::function<std::string(std::size_t)>& what) {
     const int threads = options_->threads > 0 ? options_->threads : omp_get_num_procs();
     std::size_t done = 0;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+// A single job may take the threads for itself.
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (count > 1)
     for (std::size_t i = 0; i < count; ++i) {
       if (over()) continue;
       job(i);
