@@ -217,7 +217,7 @@ void AdmmSimulator::correct(const Observation& observation, double dt, int frame
 void AdmmSimulator::start_watch() {
   const std::vector<Vec3> none(model_->marker_points().size(), Vec3::Zero());
   AlarmOptions options = options_.alarm;
-  RestCompliance compliance(*model_);
+  RestCompliance compliance = stiffness_filter_->compliance();
   const ElementError error(*model_, compliance);
   // Nothing is known of the elements' own error on such a mesh.
   constexpr double kUnknownElements = 3.0;

@@ -8,8 +8,6 @@ namespace tissued::core {
 
 namespace {
 
-constexpr double kKilogramPerGram = 1e-3;
-
 // A stretch of the edge: its ends, and of quadratic elements the node between them.
 struct Stretch {
   std::array<int, 3> nodes;

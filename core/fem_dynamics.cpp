@@ -7,11 +7,17 @@ namespace tissued::core {
 
 FemDynamics::FemDynamics(FemEquilibrium& equilibrium, const TimeScheme& scheme, const RayleighDamping& damping,
                          std::vector<double> carried)
-    : equilibrium_(&equilibrium), scheme_(scheme), rates_(damping), carried_(std::move(carried)) {
-  if (!(scheme.spectral_radius >= 0.0 && scheme.spectral_radius <= 1.0))
-    throw ModelError("the spectral radius of generalized-alpha must be within 0 and 1");
+    : equilibrium_(&equilibrium), rates_(damping), carried_(std::move(carried)) {
+  use(scheme);
   if (!(damping.mass >= 0.0 && damping.stiffness >= 0.0)) throw ModelError("Rayleigh damping must not be negative");
   refresh();
+}
+
+void FemDynamics::use(const TimeScheme& scheme) {
+  if (!(scheme.spectral_radius >= 0.0 && scheme.spectral_radius <= 1.0))
+    throw ModelError("the spectral radius of generalized-alpha must be within 0 and 1");
+  scheme_ = scheme;
+  dt_ = 0.0;
 }
 
 // Mass and damping of the model's present numbers.

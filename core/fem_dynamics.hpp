@@ -19,6 +19,9 @@ class FemDynamics {
   FemDynamics(FemEquilibrium& equilibrium, const TimeScheme& scheme, const RayleighDamping& damping,
               std::vector<double> carried = {});
 
+  // Other steps from here on; mass and damping stay.
+  void use(const TimeScheme& scheme);
+
   // Accelerations at free nodes that balance the state's forces and velocities under these loads: for a state that was
   // let go, or a load that sets in. Throws ModelError where the mass matrix is not definite.
   void start(FemState& state, const FemLoads& loads);

@@ -16,6 +16,7 @@ using NodeField = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
 
 inline constexpr double kStandardGravity = 9806.65;        // mm/s2
 inline constexpr double kKilogramPerDensityVolume = 1e-6;  // (g/cm3) mm3 -> kg
+inline constexpr double kKilogramPerGram = 1e-3;
 inline constexpr double kMillinewtonPerNewton = 1e3;
 
 // What was asked cannot be built: what() is one line for the person who asked.

@@ -5,24 +5,10 @@ import math
 import os
 import sys
 
+from proof.scoring import trajectories
+
 NOISE = 0.3  # mm per axis, of the recorded targets
 MODELS = ["admm", "admm-found", "kf-admm", "kf-admm-found"]
-
-
-def trajectories(path):
-    """{label: [[x, y, z] or None per frame]} of a Nexus-style export."""
-    rows = open(path).read().splitlines()
-    begin = rows.index("Trajectories")
-    labels = [cell.split(":")[-1] for cell in rows[begin + 2].split(",") if ":" in cell]
-    places = {label: [] for label in labels}
-    for row in rows[begin + 5:]:
-        if not row.strip():
-            break
-        cells = row.split(",")[2:]
-        for k, label in enumerate(labels):
-            xyz = cells[3 * k:3 * k + 3]
-            places[label].append([float(v) for v in xyz] if all(v.strip() for v in xyz) else None)
-    return places
 
 
 def errors(truth, frames):

@@ -75,10 +75,9 @@ std::vector<SlippedMarker> slipped_markers(const RecordedSession& session, const
 
 // Those of an effect with many starts that are far from each other, of which so many are kept.
 void thin_out(std::vector<Values>& starts, std::size_t most) {
-  std::vector<Values> kept;
-  for (std::size_t i = 0; i < std::min(most, starts.size()); ++i)
-    kept.push_back(starts[i * starts.size() / std::min(most, starts.size())]);
-  starts = std::move(kept);
+  if (starts.size() <= most) return;
+  for (std::size_t i = 0; i < most; ++i) starts[i] = starts[i * starts.size() / most];
+  starts.resize(most);
 }
 
 // The load of the largest force in any trial; nullptr: none.
@@ -98,7 +97,7 @@ void set_load(const EdgeLoad& load, Candidate& mass) {
   mass.hypothesis.fixed.clear();
   for (auto& [name, value] : start) {
     if (name == "attached-mass.mass") {
-      value = kMillinewtonPerNewton * load.force.norm() / kStandardGravity * 1e3;
+      value = kMillinewtonPerNewton * load.force.norm() / kStandardGravity / kKilogramPerGram;
       continue;
     }
     value = name == "attached-mass.load" ? load.force.norm() : middle[name.back() - 'x'];
@@ -122,13 +121,13 @@ Candidate numbers_candidate() {
 
 std::vector<Candidate> motion_candidates(const RecordedSession& session) {
   constexpr std::size_t kMostStarts = 3;
+  const EdgeLoad* load = largest_load(session);
   std::vector<Candidate> candidates;
   for (const Effect* effect : effects()) {
     if (effect->kind() == "parameters" || (effect->kind() == "sliding-actuator" && session.scene.pads.empty()))
       continue;
     candidates.push_back(effect_candidate(*effect, session.scene));
     thin_out(candidates.back().starts, kMostStarts);
-    const EdgeLoad* load = largest_load(session);
     if (effect->kind() == "attached-mass" && load != nullptr) set_load(*load, candidates.back());
   }
   for (Candidate& candidate : candidates) candidate.hypothesis.releases = static_cast<int>(session.trials.size());

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/diagnosis/seen_motion.hpp"
+
 namespace tissued::core {
 
 namespace {

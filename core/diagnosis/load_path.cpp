@@ -4,74 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/diagnosis/seen_motion.hpp"
+
 namespace tissued::core {
 
 namespace {
 
-constexpr double kStillSpeed = 0.2;     // mm/s; slower is a hold
 constexpr double kFirstRestTime = 0.1;  // s after a pad stopped: the next key
 constexpr double kRestGrowth = 2.2;     // each further one so many times as far
 constexpr double kTimeWeight = 0.5;     // mm/s: in a hold answers are interpolated in time, in motion along the way
 constexpr double kSamePose = 1e-6;      // mm
-
-double distance(const PadInput& a, const PadInput& b) {
-  if (a.kind != b.kind) return 1e9;
-  if (a.kind == PadInput::Kind::absent) return 0.0;
-  return (a.center - b.center).norm() + 10.0 * (a.rotation - b.rotation).norm();
-}
-
-double largest_distance(const std::vector<PadInput>& a, const std::vector<PadInput>& b) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, distance(a[i], b[i]));
-  return largest;
-}
 
 double load_of(const std::vector<PadInput>& pads, const Scene& scene) {
   double load = 0.0;
   for (std::size_t i = 0; i < pads.size(); ++i)
     if (pads[i].kind == PadInput::Kind::pose) load = std::max(load, (pads[i].center - scene.pads[i].center).norm());
   return load;
-}
-
-// mm, of any marker in any frame; a single frame is no measure.
-double largest_displacement(const RecordedTrial& trial, const Scene& scene) {
-  double largest = 0.0;
-  const Channels channels = channels_of(scene);
-  for (int i = 0; i < channels.markers; ++i) {
-    std::vector<double> moved;
-    for (Eigen::Index f = 0; f < trial.seen.rows(); ++f) {
-      const double distance = trial.seen.row(f).segment<3>(channels.of_marker(i)).norm();
-      if (std::isfinite(distance)) moved.push_back(distance);
-    }
-    if (moved.empty()) continue;
-    const auto high = moved.begin() + static_cast<std::ptrdiff_t>(98 * moved.size() / 100);
-    std::nth_element(moved.begin(), high, moved.end());
-    largest = std::max(largest, *high);
-  }
-  return largest;
-}
-
-// s, from when on all markers stay near to where they end; the end where they do not, or where pads still move.
-double calm_time(const RecordedTrial& trial, const Scene& scene, double peak) {
-  constexpr double kNear = 0.1, kEnd = 0.1, kMargin = 0.2;  // of the peak, of the trial, s
-  const int frames = trial.frame_count(), tail = std::max(1, static_cast<int>(kEnd * frames));
-  double calm = trial.time.front();
-  for (int f = 1; f < frames; ++f)
-    if (largest_distance(trial.pads[f - 1], trial.pads[f]) > kStillSpeed * (trial.time[f] - trial.time[f - 1]))
-      calm = trial.time[f];
-  bool is_seen = false;
-  for (int i = 0; i < static_cast<int>(scene.markers.size()); ++i) {
-    const auto at = [&](int f) -> Vec3 { return trial.seen.row(f).segment<3>(3 * i).transpose(); };
-    Vec3 end = Vec3::Zero();
-    int count = 0;
-    for (int f = frames - tail; f < frames; ++f)
-      if (at(f).allFinite()) end += (at(f) - end) / ++count;
-    if (count == 0) continue;
-    is_seen = true;
-    for (int f = 0; f < frames; ++f)
-      if (at(f).allFinite() && (at(f) - end).norm() > kNear * peak) calm = std::max(calm, trial.time[f]);
-  }
-  return is_seen ? std::min(calm + kMargin, trial.time.back()) : trial.time.back();
 }
 
 PadInput between(const PadInput& a, const PadInput& b, double share) {
@@ -85,43 +33,6 @@ PadInput between(const PadInput& a, const PadInput& b, double share) {
 }
 
 }  // namespace
-
-double period_of(const RecordedTrial& trial) {
-  constexpr double kUsual = 0.15;  // s
-  constexpr int kMostCrossings = 6;
-  const double release = trial.motion ? trial.motion->release : trial.time.front();
-  Eigen::Index strongest = -1;
-  double most = 0.0;
-  std::vector<double> end(static_cast<std::size_t>(trial.seen.cols()), 0.0);
-  for (Eigen::Index c = 0; c < trial.seen.cols(); ++c) {
-    std::vector<double> tail, swing;
-    for (Eigen::Index f = 0; f < trial.seen.rows(); ++f)
-      if (std::isfinite(trial.seen(f, c))) {
-        swing.push_back(trial.seen(f, c));
-        if (10 * f >= 9 * trial.seen.rows()) tail.push_back(trial.seen(f, c));
-      }
-    if (tail.empty()) continue;
-    std::nth_element(tail.begin(), tail.begin() + static_cast<std::ptrdiff_t>(tail.size() / 2), tail.end());
-    end[static_cast<std::size_t>(c)] = tail[tail.size() / 2];
-    double square = 0.0;
-    for (double value : swing) square += std::pow(value - tail[tail.size() / 2], 2);
-    if (square > most) {
-      most = square;
-      strongest = c;
-    }
-  }
-  if (strongest < 0) return kUsual;
-  std::vector<double> crossings;
-  double last = 0.0;
-  for (Eigen::Index f = 0; f < trial.seen.rows() && static_cast<int>(crossings.size()) < kMostCrossings; ++f) {
-    const double now = trial.seen(f, strongest) - end[static_cast<std::size_t>(strongest)];
-    if (trial.time[static_cast<std::size_t>(f)] < release || !std::isfinite(now)) continue;
-    if (last * now < 0.0) crossings.push_back(trial.time[static_cast<std::size_t>(f)]);
-    last = now;
-  }
-  if (crossings.size() < 3) return kUsual;
-  return 2.0 * (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
-}
 
 void LoadPath::read_frames(const RecordedTrial& trial) {
   double coordinate = 0.0;

@@ -36,9 +36,6 @@ struct MotionSteps {
 // Of the shortest period, between keys where a swing is followed to all frames.
 inline constexpr double kFineStep = 1.0 / 26.0;
 
-// s, of the fastest swing that is seen about where a body comes to rest; what is usual of soft tissue where none is.
-double period_of(const RecordedTrial& trial);
-
 class LoadPath {
  public:
   // travel: mm between keys while pads move.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/diagnosis/base_models.hpp"
+#include "core/diagnosis/seen_motion.hpp"
 #include "core/diagnosis/work.hpp"
 
 namespace tissued::core {

@@ -24,26 +24,14 @@ std::vector<EdgeLoad> loads_with_mass(const PathSolver& body, const Motion& moti
   return loads;
 }
 
-// The steps of one body.
-struct Stepper {
-  FemDynamics swinging, settling;
-
-  FemDynamics& of(const LoadKey& key) { return key.settles ? settling : swinging; }
-  void keep_matrices() {
-    swinging.keep_matrices();
-    settling.keep_matrices();
-  }
-};
-
-Stepper stepper_of(PathSolver& body, const Motion& motion, double mass) {
-  const std::vector<double> carried = masses_of(body.model(), loads_with_mass(body, motion, mass));
-  return {{body.equilibrium(), kSwinging, {}, carried}, {body.equilibrium(), kSettling, {}, carried}};
+FemDynamics dynamics_of(PathSolver& body, const Motion& motion, double mass) {
+  return {body.equilibrium(), kSwinging, {}, masses_of(body.model(), loads_with_mass(body, motion, mass))};
 }
 
 // A body with one of its numbers to the side, that goes along.
 struct Companion {
   const PathParameter* parameter;
-  Stepper stepper;
+  FemDynamics dynamics;
   FemState state;
 };
 
@@ -53,16 +41,16 @@ class MotionRun {
       : body_(&body),
         path_(&path),
         external_(forces_of(body.model(), path.motion()->loads)),
-        stepper_(stepper_of(body, *path.motion(), body.value("attached-mass.mass"))),
+        dynamics_(dynamics_of(body, *path.motion(), body.value("attached-mass.mass"))),
         state_(rest_state(body.model())) {
     for (const PathParameter& parameter : parameters) {
       body.shift(parameter);
       const double beside = parameter.name == "attached-mass.mass" ? parameter.step : 0.0;
       companions_.push_back(
-          {&parameter, stepper_of(body, *path.motion(), body.value("attached-mass.mass") + beside), state_});
+          {&parameter, dynamics_of(body, *path.motion(), body.value("attached-mass.mass") + beside), state_});
       body.unshift(parameter);
     }
-    stepper_.keep_matrices();
+    dynamics_.keep_matrices();
   }
 
   bool run(PathAnswer& answer, std::string& trouble) {
@@ -74,6 +62,7 @@ class MotionRun {
     for (std::size_t k = 0; k <= begin; ++k) show(keys[k], k, answer);
     start(keys[begin]);
     for (std::size_t k = begin + 1; k < keys.size(); ++k) {
+      if (keys[k].settles != keys[k - 1].settles) use(keys[k].settles ? kSettling : kSwinging);
       if (!step(keys[k], keys[k].time - keys[k - 1].time, trouble)) return false;
       show(keys[k], k, answer);
     }
@@ -104,41 +93,46 @@ class MotionRun {
       equilibrium.accept(companion.state.x, 0.0, companion.state.history);
       body_->unshift(*companion.parameter);
     }
-    stepper_.keep_matrices();
+    dynamics_.keep_matrices();
     return true;
   }
 
   void start(const LoadKey& key) {
     for (Companion& companion : companions_) {
       body_->shift(*companion.parameter);
-      companion.stepper.keep_matrices();
-      companion.stepper.swinging.start(companion.state, loads_at(key));
+      companion.dynamics.keep_matrices();
+      companion.dynamics.start(companion.state, loads_at(key));
       body_->unshift(*companion.parameter);
     }
-    stepper_.keep_matrices();
-    stepper_.swinging.start(state_, loads_at(key));
+    dynamics_.keep_matrices();
+    dynamics_.start(state_, loads_at(key));
+  }
+
+  void use(const TimeScheme& scheme) {
+    dynamics_.use(scheme);
+    for (Companion& companion : companions_) companion.dynamics.use(scheme);
   }
 
   bool step(const LoadKey& key, double dt, std::string& trouble) {
     const FemState before = state_;
-    const FemReport report = stepper_.of(key).step(state_, loads_at(key), dt, kControl);
+    const FemReport report = dynamics_.step(state_, loads_at(key), dt, kControl);
     if (!report.converged) {
       trouble = report.words();
       return false;
     }
     if (companions_.empty()) return true;
-    const auto guide = stepper_.of(key).guide(before, state_, loads_at(key), dt);
+    const auto guide = dynamics_.guide(before, state_, loads_at(key), dt);
     if (!guide) {
       trouble = "the motion has no derivatives";
       return false;
     }
     for (Companion& companion : companions_) {
       body_->shift(*companion.parameter);
-      companion.stepper.keep_matrices();
-      companion.stepper.of(key).follow(*guide, companion.state, loads_at(key), dt);
+      companion.dynamics.keep_matrices();
+      companion.dynamics.follow(*guide, companion.state, loads_at(key), dt);
       body_->unshift(*companion.parameter);
     }
-    stepper_.keep_matrices();
+    dynamics_.keep_matrices();
     return true;
   }
 
@@ -154,7 +148,7 @@ class MotionRun {
   PathSolver* body_;
   const LoadPath* path_;
   Eigen::VectorXd external_;  // (3n) mN
-  Stepper stepper_;
+  FemDynamics dynamics_;
   FemState state_;
   std::vector<Companion> companions_;
 };

@@ -11,7 +11,6 @@ namespace tissued::core {
 namespace {
 
 constexpr int kMass = 0, kAt = 1, kLoad = 4, kGravity = 5;  // of the numbers
-constexpr double kKilogramPerGram = 1e-3;
 
 // Where the mass is: a point of one element. Every element is an entity, so that it may move from one to another.
 class PointLoad : public WithNumbers<FemTerm> {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/diagnosis/load_path.hpp"
+#include "core/diagnosis/seen_motion.hpp"
 
 using namespace tissued;
 

@@ -40,22 +40,6 @@ Course random_course(const Push& push, Random& random) {
   return course;
 }
 
-double share_at(const Course& course, double time) {
-  const double back = 2.0 * course.ramp + course.hold;
-  return course.share * std::clamp(std::min(time, back - time) / course.ramp, 0.0, 1.0);
-}
-
-// Pads that push have poses until they are back at rest.
-std::vector<core::PadInput> pads_at(const core::Scene& scene, const Push& push, double share) {
-  std::vector<core::PadInput> pads(scene.pads.size());
-  for (std::size_t k = 0; k < push.pads.size(); ++k) {
-    core::PadInput& pad = pads[push.pads[k]];
-    pad.kind = core::PadInput::Kind::pose;
-    pad.center = scene.pads[push.pads[k]].center + share * push.depths[k] * scene.pads[push.pads[k]].direction;
-  }
-  return pads;
-}
-
 std::vector<Vec3> marker_rests(const core::Scene& scene) {
   std::vector<Vec3> rests;
   for (const core::Marker& marker : scene.markers) rests.push_back(marker.rest);
@@ -79,8 +63,8 @@ core::RecordedTrial pushed_trial(const WatchedBody& body, double seconds, Random
     const Push& push = body.pushes[k % body.pushes.size()];
     Course course = random_course(push, random);
     course.share = std::max(course.share, 0.6);
-    for (double t = 0.0; t <= 2.0 * course.ramp + course.hold; t += 1.0 / body.scene.rate)
-      add(pads_at(body.scene, push, share_at(course, t)));
+    for (double t = 0.0; t <= course.back(); t += 1.0 / body.scene.rate)
+      add(pads_at(body.scene, push, course.share_at(t)));
     rest(course.rest);
   }
   return trial;
@@ -205,8 +189,8 @@ AlarmRun play_null(const WatchedBody& body, const std::vector<PushCurve>& curves
     const auto which = static_cast<std::size_t>(random.integer(0, static_cast<int>(body.pushes.size()) - 1));
     const Push& push = body.pushes[which];
     const Course course = random_course(push, random);
-    for (double t = 0.0; t <= 2.0 * course.ramp + course.hold; t += 1.0 / body.scene.rate) {
-      const double share = share_at(course, t);
+    for (double t = 0.0; t <= course.back(); t += 1.0 / body.scene.rate) {
+      const double share = course.share_at(t);
       session.step(pads_at(body.scene, push, share), curves[which].at(share), rests);
     }
     rest(course.rest);

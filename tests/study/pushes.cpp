@@ -10,7 +10,9 @@ namespace {
 
 constexpr int kLevels = 4;  // at which a push is solved; a quartic goes through them and rest
 
-std::vector<core::PadInput> poses(const core::Scene& scene, const Push& push, double share) {
+}  // namespace
+
+std::vector<core::PadInput> pads_at(const core::Scene& scene, const Push& push, double share) {
   std::vector<core::PadInput> pads(scene.pads.size());
   for (std::size_t k = 0; k < push.pads.size(); ++k) {
     core::PadInput& pad = pads[push.pads[k]];
@@ -20,12 +22,10 @@ std::vector<core::PadInput> poses(const core::Scene& scene, const Push& push, do
   return pads;
 }
 
-}  // namespace
-
 std::optional<PushCurve> PushCurve::solve(const core::Scene& scene, const Push& push) {
   core::RecordedTrial way;
   way.time = {0.0, 1.0};
-  way.pads = {poses(scene, push, 0.0), poses(scene, push, 1.0)};
+  way.pads = {pads_at(scene, push, 0.0), pads_at(scene, push, 1.0)};
   const double deepest = *std::max_element(push.depths.begin(), push.depths.end());
   const core::LoadPath path(way, scene, deepest / kLevels);
   core::PathSolver solver(scene, {});
@@ -48,19 +48,22 @@ Eigen::RowVectorXd PushCurve::at(double share) const {
   return sum;
 }
 
+double Course::share_at(double time) const {
+  return share * std::clamp(std::min(time, back() - time) / ramp, 0.0, 1.0);
+}
+
 core::RecordedTrial recorded_push(const core::Scene& scene, const std::string& name, const Push& push,
                                   const Course& course, const PushCurve& curve) {
   const core::Channels channels = core::channels_of(scene);
   core::RecordedTrial trial;
   trial.name = name;
-  const double back = 2.0 * course.ramp + course.hold;
-  const int frames = static_cast<int>((back + course.rest) * scene.rate) + 1;
+  const int frames = static_cast<int>((course.back() + course.rest) * scene.rate) + 1;
   trial.seen.resize(frames, channels.count());
   for (int f = 0; f < frames; ++f) {
     const double t = f / scene.rate;
-    const double share = course.share * std::clamp(std::min(t, back - t) / course.ramp, 0.0, 1.0);
+    const double share = course.share_at(t);
     trial.time.push_back(t);
-    trial.pads.push_back(poses(scene, push, share));
+    trial.pads.push_back(pads_at(scene, push, share));
     trial.seen.row(f) = curve.at(share);
   }
   for (int pad = 0; pad < channels.pads; ++pad)

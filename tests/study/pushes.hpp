@@ -16,6 +16,9 @@ struct Push {
   std::vector<double> depths;  // mm, of each of these pads where the push is deepest
 };
 
+// Of all pads, those of the push at such a share of its depths.
+std::vector<core::PadInput> pads_at(const core::Scene& scene, const Push& push, double share);
+
 // Of a body, from rest to the deepest: channels as RecordedTrial::seen, without noise.
 class PushCurve {
  public:
@@ -34,6 +37,10 @@ class PushCurve {
 struct Course {
   double share = 1.0;                         // of the push's deepest
   double ramp = 1.0, hold = 1.0, rest = 0.5;  // s; the way back takes as long as the way in
+
+  double back() const { return 2.0 * ramp + hold; }  // s, when it is at rest again
+  // Of the push's depths, at a time.
+  double share_at(double time) const;
 };
 
 // Poses, and what is seen without noise; forces of pads that do not push are not seen.

@@ -9,8 +9,10 @@
 
 #include "core/diagnosis/diagnosis.hpp"
 #include "core/diagnosis/path_solver.hpp"
+#include "core/diagnosis/seen_motion.hpp"
 #include "core/edge_load.hpp"
 #include "core/fem_dynamics.hpp"
+#include "tests/core/diagnosis/derivative_check.hpp"
 #include "tests/core/test_bodies.hpp"
 
 using namespace tissued::core;
@@ -101,30 +103,15 @@ TEST_CASE("derivatives of a motion are those of differences", "[diagnosis]") {
   const LoadPath path(trial, scene, MotionSteps{});
   PathSolver solver(scene, {effect("damping"), effect("attached-mass"), effect("viscoelasticity")}, FemElement::p1);
   solver.set_parameter("attached-mass.load", 0.05);
-  const std::vector<std::pair<std::string, double>> at{
-      {"youngs_modulus", 25.0},    {"poissons_ratio", 0.4},     {"damping.alpha", 4.0},       {"damping.beta", 2e-3},
-      {"attached-mass.mass", 6.0}, {"viscoelasticity.g1", 0.2}, {"viscoelasticity.tau1", 0.1}};
-  std::vector<PathParameter> parameters;
-  for (const auto& [name, value] : at) {
-    solver.set_parameter(name, value);
-    parameters.push_back({name, 1e-5 * value, {}});
-  }
-  PathAnswer answer;
-  REQUIRE(solver.solve(path, 0, parameters, answer));
-  for (std::size_t j = 0; j < at.size(); ++j) {
-    const auto& [name, value] = at[j];
-    const double step = 2e-2 * value;
-    PathAnswer above, below;
-    solver.set_parameter(name, value + step);
-    REQUIRE(solver.solve(path, 0, {}, above));
-    solver.set_parameter(name, value - step);
-    REQUIRE(solver.solve(path, 0, {}, below));
-    solver.set_parameter(name, value);
-    const RowMatrix difference = (above.values - below.values) / (2.0 * step);
-    INFO(name);
-    CHECK(difference.norm() > 0.0);
-    CHECK((answer.by_parameter[j] - difference).norm() < 0.05 * difference.norm());
-  }
+  check_derivatives(solver, path,
+                    {{"youngs_modulus", 25.0},
+                     {"poissons_ratio", 0.4},
+                     {"damping.alpha", 4.0},
+                     {"damping.beta", 2e-3},
+                     {"attached-mass.mass", 6.0},
+                     {"viscoelasticity.g1", 0.2},
+                     {"viscoelasticity.tau1", 0.1}},
+                    2e-2, 0.05);
 }
 
 TEST_CASE("a swing is stepped through until it is calm, and where it settles nothing is compared", "[diagnosis]") {

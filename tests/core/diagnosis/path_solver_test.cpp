@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/diagnosis/path_solver.hpp"
+#include "tests/core/diagnosis/derivative_check.hpp"
 #include "tests/core/diagnosis/twin_session.hpp"
 #include "tests/core/test_bodies.hpp"
 
@@ -22,31 +23,17 @@ TEST_CASE("derivatives along a path are those of differences, of what a body rem
   const RecordedTrial trial = push_trial(scene, "t", {0}, 4.0, 8.0);
   const LoadPath path(trial, scene, 2.0);
   PathSolver solver(scene, {find_effect("viscoelasticity"), find_effect("inclusion")}, FemElement::p1);
-  const std::vector<std::pair<std::string, double>> at{
-      {"youngs_modulus", 5.0},       {"poissons_ratio", 0.43},     {"viscoelasticity.g1", 0.4},
-      {"viscoelasticity.tau1", 0.3}, {"inclusion.center.x", 20.0}, {"inclusion.center.y", 15.0},
-      {"inclusion.center.z", 10.0},  {"inclusion.radius", 9.0},    {"inclusion.ratio", 3.0}};
-  std::vector<PathParameter> parameters;
-  for (const auto& [name, value] : at) {
-    solver.set_parameter(name, value);
-    parameters.push_back({name, 1e-5 * value, {}});
-  }
-  PathAnswer answer;
-  REQUIRE(solver.solve(path, 0, parameters, answer));
-  for (std::size_t j = 0; j < at.size(); ++j) {
-    const auto& [name, value] = at[j];
-    const double step = 1e-2 * value;
-    solver.set_parameter(name, value + step);
-    const PathAnswer above = answer_of(solver, path);
-    solver.set_parameter(name, value - step);
-    const PathAnswer below = answer_of(solver, path);
-    solver.set_parameter(name, value);
-    const RowMatrix difference = (above.values - below.values) / (2.0 * step);
-    INFO(name);
-    // Solves stop at 1e-4 mm.
-    CHECK((answer.by_parameter[j] - difference).norm() < 0.03 * difference.norm());
-    CHECK(difference.norm() > 0.0);
-  }
+  check_derivatives(solver, path,
+                    {{"youngs_modulus", 5.0},
+                     {"poissons_ratio", 0.43},
+                     {"viscoelasticity.g1", 0.4},
+                     {"viscoelasticity.tau1", 0.3},
+                     {"inclusion.center.x", 20.0},
+                     {"inclusion.center.y", 15.0},
+                     {"inclusion.center.z", 10.0},
+                     {"inclusion.radius", 9.0},
+                     {"inclusion.ratio", 3.0}},
+                    1e-2, 0.03);
 }
 
 TEST_CASE("an effect that is absent can be tried at many places at once", "[diagnosis]") {
