@@ -1,5 +1,6 @@
 #include "core/fem_model.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "core/fem_gravity.hpp"
@@ -41,10 +42,12 @@ bool set_in(FemAdjustable& owner, const std::string& name, double value) {
 
 FemModel::FemModel(const Scene& scene, const FemOptions& options)
     : scene_((check_scene(scene), scene)), mesh_(make_fem_mesh(scene_.mesh, options.element)) {
-  const int usual = options.element == FemElement::p1 ? 1 : 3;
-  const int degree = options.quadrature_degree > 0 ? options.quadrature_degree : usual;
   FemPhysics physics = standard_physics(scene_, mesh_, options.mass);
   for (const FemEffect& effect : options.effects) effect(scene_, mesh_, physics);
+  const bool remembers = std::any_of(physics.laws.begin(), physics.laws.end(),
+                                     [](const auto& law) { return law->history_per_point() > 0; });
+  const int usual = options.element == FemElement::p1 ? 1 : remembers ? 2 : 3;
+  const int degree = options.quadrature_degree > 0 ? options.quadrature_degree : usual;
 
   auto solid =
       std::make_unique<FemSolid>(mesh_, tet_quadrature(degree), std::move(physics.laws), std::move(physics.fields));

@@ -34,8 +34,9 @@ using FemEffect = std::function<void(const Scene&, const FemMesh&, FemPhysics&)>
 
 struct FemOptions {
   FemElement element = FemElement::p2;
-  int quadrature_degree =
-      0;  // see tet_quadrature; 0: 1 for P1, which is exact, 3 for P2, as the reference answers have
+  // See tet_quadrature. 0: 1 for P1, which is exact; for P2 3, as the reference answers have, and 2 where a law
+  // remembers: points of an element then differ in stiffness, and with the negative weight of 3 it would be unstable.
+  int quadrature_degree = 0;
   MassMatrix mass = MassMatrix::consistent;
   std::vector<FemEffect> effects;
 };

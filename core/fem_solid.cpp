@@ -72,9 +72,9 @@ bool FemSolid::has_derivative(int index) const {
   return owners_[index].law >= 0 && owners_[index].owner->has_derivative(owners_[index].index);
 }
 
-// A rule with a negative weight could make an element unstable whose points differ: there all have the element's mean,
-// (mean of f^(1/4))^4. That is between the geometric and the arithmetic one, as the answers of lumps on a finer mesh
-// are.
+// A rule of few points does not see where in an element a lump ends: there all points have the element's mean,
+// (mean of f^(1/4))^4, between the geometric and the arithmetic one, as the answers of lumps on a finer mesh are. With a
+// negative weight an element whose points differ could be unstable, too.
 void FemSolid::multiply_fields() {
   factors_ = stiffness_;
   if (fields_.empty()) return;
@@ -84,14 +84,15 @@ void FemSolid::multiply_fields() {
     for (const auto& field : fields_) logarithm += field->log_factor(rest_at(element, barycentric));
     return std::exp(power * logarithm);
   };
-  const bool has_negative = *std::min_element(quadrature_.weights.begin(), quadrature_.weights.end()) < 0.0;
+  constexpr std::size_t kFew = 5;
+  const bool by_mean = points_.size() > 1 && points_.size() <= kFew;
   const TetQuadrature rule = tet_quadrature(5);
   for (int e = 0; e < entity_count(); ++e) {
     double root = 0.0;
-    for (int k = 0; k < rule.count() && has_negative; ++k) root += rule.weights[k] * factor_at(e, rule.points[k], 0.25);
+    for (int k = 0; k < rule.count() && by_mean; ++k) root += rule.weights[k] * factor_at(e, rule.points[k], 0.25);
     double* out = factors_.data() + static_cast<std::size_t>(e) * points_.size();
     for (std::size_t q = 0; q < points_.size(); ++q)
-      out[q] *= has_negative ? std::pow(root, 4.0) : factor_at(e, quadrature_.points[q], 1.0);
+      out[q] *= by_mean ? std::pow(root, 4.0) : factor_at(e, quadrature_.points[q], 1.0);
   }
 }
 

@@ -129,41 +129,27 @@ FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const
   return fit_data(session, std::move(paths), FemElement::p2, swinging, stop);
 }
 
-// What finer elements answer at the peak of each trial, into `exact`, in proportion to the load; scene: the session's,
-// but for its numbers.
 double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact) {
   const Channels channels = channels_of(session.scene);
-  const int seen = 3 * (channels.markers + channels.targets);
-  std::vector<Eigen::RowVectorXd> differences(exact.paths.size()), factors(exact.paths.size());
-  const auto solve = [&](std::size_t k) {
-    PathSolver solver(scene, {});
-    PathAnswer answer;
-    const LoadPath& path = exact.paths[k];
-    if (!solver.solve(path, 0, {}, answer)) return;
-    const std::size_t peak = key_at_peak(path);
-    const FinerAnswer finer = finer_answer(scene, path.keys()[peak].pads, solver.positions(0)[peak]);
-    if (!finer.solved) return;
-    const Eigen::RowVectorXd coarse = answer.values.row(static_cast<Eigen::Index>(peak));
-    differences[k] = finer.values - coarse;
-    factors[k] = Eigen::RowVectorXd::Ones(channels.pads);
-    for (int pad = 0; pad < channels.pads; ++pad) {
-      const double force = coarse.segment<3>(channels.of_force(pad)).norm();
-      if (force > 1e-3) factors[k][pad] = finer.values.segment<3>(channels.of_force(pad)).norm() / force;
-    }
-  };
-  work.all(exact.paths.size(), solve, 0.05, 0.2,
-           [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
+  std::vector<FinerAnswer> answers(exact.paths.size());
+  work.all(
+      exact.paths.size(),
+      [&](std::size_t k) {
+        const LoadPath& path = exact.paths[k];
+        answers[k] = finer_answer(scene, path.keys()[key_at_peak(path)].pads);
+      },
+      0.1, 0.2, [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
   double square = 0.0, count = 0.0;
   for (std::size_t k = 0; k < exact.paths.size(); ++k) {
-    if (differences[k].size() == 0) continue;
+    if (!answers[k].solved) continue;
     const LoadPath& path = exact.paths[k];
     for (std::size_t i = 0; i < path.keys().size(); ++i) {
+      const double share = path.keys()[i].load / path.peak_load();
       const auto row = static_cast<Eigen::Index>(i);
-      exact.correction[k].row(row).head(seen) =
-          kCorrectionMean * path.keys()[i].load / path.peak_load() * differences[k].head(seen);
-      exact.force_factor[k].row(row) = factors[k].array().pow(kCorrectionMean);
+      exact.correction[k].row(row) = kCorrectionMean * answers[k].difference(share);
+      exact.force_factor[k].row(row) = answers[k].force_factor(share).array().pow(kCorrectionMean);
     }
-    square += std::pow(kCorrectionMean, 2) * differences[k].head(3 * channels.markers).squaredNorm();
+    square += std::pow(kCorrectionMean, 2) * answers[k].difference(1.0).head(3 * channels.markers).squaredNorm();
     count += 3.0 * channels.markers;
   }
   exact.correction_sd = kCorrectionSd / kCorrectionMean;

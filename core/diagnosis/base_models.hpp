@@ -17,8 +17,8 @@ FitData fit_data(const RecordedSession& session, double travel, FemElement eleme
 FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const ErrorModel& errors,
                  const std::atomic<bool>* stop);
 
-// What finer elements answer at the peak of each trial, into `exact`, in proportion to the load; scene: the session's,
-// but for its numbers. Returns what markers differ by, mm RMS.
+// What finer elements answer on the way to the peak of each trial, into `exact`; scene: the session's, but for its
+// numbers. Returns what markers differ by, mm RMS.
 double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact);
 
 // Makes the answers of linear elements those of quadratic ones where nothing is left out.

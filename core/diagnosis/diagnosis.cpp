@@ -39,13 +39,11 @@ bool numbers_differ(const Fit& fit, const Scene& scene) {
 // The candidate that is believed: numbers alone, one effect, or more.
 const Candidate& chosen_of(const SearchResult& result) {
   const Candidate* chosen = &result.numbers;
-  double best = 0.0;
   for (std::size_t r = 0; r < result.rounds.size() && !result.rounds[r].empty(); ++r) {
     const Candidate& likeliest = result.rounds[r].front();
     const bool is_judged = r == 0 || result.compares_fast || likeliest.exact.solved;
-    if (!is_judged || advantage(result, likeliest) < best + kAccept) break;
+    if (!is_judged || gain(result, likeliest, *chosen) < kAccept) break;
     chosen = &likeliest;
-    best = advantage(result, likeliest);
   }
   return *chosen;
 }
@@ -61,7 +59,7 @@ Grounds grounds_of(const SearchResult& result, double structure) {
   const Candidate& pair = result.rounds[1].front();
   if (!pair.exact.solved && !result.compares_fast) return grounds;
   grounds.likeliest_pair = pair.name();
-  grounds.pair_gain = advantage(result, pair) - grounds.advantage;
+  grounds.pair_gain = gain(result, pair, single);
   return grounds;
 }
 

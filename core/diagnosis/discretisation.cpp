@@ -1,6 +1,7 @@
 #include "core/diagnosis/discretisation.hpp"
 
-#include <utility>
+#include <array>
+#include <optional>
 
 #include "core/refined_mesh.hpp"
 
@@ -8,53 +9,62 @@ namespace tissued::core {
 
 namespace {
 
-// Where a node of the fine mesh lies in the coarse tetrahedron that it is a part of.
-std::array<double, 4> barycentric_in(const Tet& tet, const std::array<int, 2>& ends) {
-  std::array<double, 4> out{};
-  for (int c = 0; c < 4; ++c)
-    for (int end : ends) out[c] += tet[c] == end ? 0.5 : 0.0;
-  return out;
+constexpr std::array<double, 2> kShares{0.35, 0.7};  // of the push
+// Short steps take one factorisation each, long ones many more.
+constexpr FemControl kControl{5e-3, 20, 2.5, 0.05};
+
+std::vector<PadInput> part_of(const Scene& scene, std::span<const PadInput> pads, double share) {
+  std::vector<PadInput> part;
+  for (std::size_t i = 0; i < pads.size(); ++i) {
+    PadInput rest = pads[i];
+    rest.center = scene.pads[i].center;
+    rest.rotation.setIdentity();
+    rest.force.setZero();
+    part.push_back(between(rest, pads[i], share));
+  }
+  return part;
 }
 
-// (3n) mm, every node of the fine body displaced as the coarse body is there.
-Eigen::VectorXd interpolated(const TetMesh& mesh, const Eigen::VectorXd& coarse, const RefinedMesh& finer,
-                             const FemMesh& fine_mesh) {
-  const FemMesh coarse_mesh = make_fem_mesh(mesh, FemElement::p2);
-  Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(fine_mesh.rest.data(), fine_mesh.rest.size());
-  std::vector<std::uint8_t> is_done(static_cast<std::size_t>(fine_mesh.node_count()), 0);
-  for (int e = 0; e < fine_mesh.element_count(); ++e) {
-    const std::span<const int> nodes = fine_mesh.nodes_of_element(e),
-                               coarse_nodes = coarse_mesh.nodes_of_element(e / 8);
-    for (int a = 0; a < kMostElementNodes; ++a) {
-      if (std::exchange(is_done[nodes[a]], 1)) continue;
-      // A corner, or the middle of two.
-      const int first = a < 4 ? a : kTetEdges[a - 4][0], second = a < 4 ? a : kTetEdges[a - 4][1];
-      const Tet& tet = mesh.tets[e / 8];
-      std::array<double, 4> place = barycentric_in(tet, finer.ends[nodes[first]]);
-      const std::array<double, 4> other = barycentric_in(tet, finer.ends[nodes[second]]);
-      for (int c = 0; c < 4; ++c) place[c] = 0.5 * (place[c] + other[c]);
-      const ShapeValues shape = shape_values(FemElement::p2, place);
-      for (std::size_t b = 0; b < coarse_nodes.size(); ++b)
-        x.segment<3>(3 * nodes[a]) +=
-            shape[b] * (coarse.segment<3>(3 * coarse_nodes[b]) - coarse_mesh.rest.row(coarse_nodes[b]).transpose());
-    }
+// (shares x channels); nothing where there is no equilibrium.
+std::optional<RowMatrix> along(const Scene& scene, std::span<const PadInput> pads) {
+  PathSolver solver(scene, {});
+  FemState state = rest_state(solver.model());
+  RowMatrix values(static_cast<Eigen::Index>(kShares.size()), channels_of(scene).count());
+  for (std::size_t i = 0; i < kShares.size(); ++i) {
+    const std::vector<PadInput> part = part_of(scene, pads, kShares[i]);
+    if (!solve_static(solver.equilibrium(), state, {part, nullptr}, kControl).converged) return std::nullopt;
+    values.row(static_cast<Eigen::Index>(i)) = solver.observe(state, part);
   }
-  return x;
+  return values;
 }
 
 }  // namespace
 
-FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads, const Eigen::VectorXd& coarse) {
-  const RefinedMesh finer = refined(scene.mesh);
-  Scene fine = scene;
-  fine.mesh = finer.mesh;
-  PathSolver solver(fine, {});
-  FemState state = rest_state(solver.model());
-  state.x = interpolated(scene.mesh, coarse, finer, solver.model().mesh());
-  const FemControl control{5e-3, 20, 6.0, 0.05};
+FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads) {
+  constexpr double kUnloaded = 1e-3;  // N
   FinerAnswer answer;
-  answer.solved = solve_static(solver.equilibrium(), state, {pads, nullptr}, control).converged;
-  if (answer.solved) answer.values = solver.observe(state, pads);
+  Scene fine = scene;
+  fine.mesh = refined(scene.mesh).mesh;
+  const std::optional<RowMatrix> own = along(scene, pads), finer = own ? along(fine, pads) : std::nullopt;
+  if (!finer) return answer;
+  answer.solved = true;
+  const Channels channels = channels_of(scene);
+  const double span = kShares[1] - kShares[0];
+  RowMatrix differs = *finer - *own;
+  differs.rightCols(3 * channels.pads).setZero();
+  answer.bend = (differs.row(1) / kShares[1] - differs.row(0) / kShares[0]) / span;
+  answer.slope = differs.row(0) / kShares[0] - kShares[0] * answer.bend;
+  answer.force_ratio = Eigen::RowVectorXd::Ones(channels.pads);
+  answer.force_change = Eigen::RowVectorXd::Zero(channels.pads);
+  for (int pad = 0; pad < channels.pads; ++pad) {
+    std::array<double, 2> ratio{};
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      const double force = own->row(i).segment<3>(channels.of_force(pad)).norm();
+      ratio[i] = force > kUnloaded ? finer->row(i).segment<3>(channels.of_force(pad)).norm() / force : 1.0;
+    }
+    answer.force_change[pad] = (ratio[1] - ratio[0]) / span;
+    answer.force_ratio[pad] = ratio[0] - kShares[0] * answer.force_change[pad];
+  }
   return answer;
 }
 

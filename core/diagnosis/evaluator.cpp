@@ -8,7 +8,7 @@
 namespace tissued::core {
 
 Evaluator::Evaluator(const FitData& data, const Hypothesis& hypothesis) : data_(&data), hypothesis_(&hypothesis) {
-  const std::size_t count = data.session->is_dynamic() ? data.paths.size() : 1;
+  const std::size_t count = data.threads > 1 ? data.paths.size() : 1;
   for (std::size_t k = 0; k < count; ++k) solvers_.emplace_back(data.session->scene, hypothesis.effects, data.element);
   for (const auto& [name, value] : hypothesis.fixed) set(name, value);
 }

@@ -25,7 +25,7 @@ struct FitData {
   std::vector<RowMatrix> placement;  // (trials) placement_slopes; empty: not taken off
   FemElement element = FemElement::p2;
   const std::atomic<bool>* stop = nullptr;
-  int threads = 1;  // of trials with motions at once, where nothing else runs
+  int threads = 1;  // trials at once, where nothing else runs
 };
 
 struct Fit {

@@ -22,6 +22,8 @@ double load_of(const std::vector<PadInput>& pads, const Scene& scene) {
   return load;
 }
 
+}  // namespace
+
 PadInput between(const PadInput& a, const PadInput& b, double share) {
   if (a.kind != b.kind || share <= 0.0) return a;
   if (share >= 1.0) return b;
@@ -31,8 +33,6 @@ PadInput between(const PadInput& a, const PadInput& b, double share) {
   pad.force = (1.0 - share) * a.force + share * b.force;
   return pad;
 }
-
-}  // namespace
 
 void LoadPath::read_frames(const RecordedTrial& trial) {
   double coordinate = 0.0;

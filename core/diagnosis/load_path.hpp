@@ -36,6 +36,9 @@ struct MotionSteps {
 // Of the shortest period, between keys where a swing is followed to all frames.
 inline constexpr double kFineStep = 1.0 / 26.0;
 
+// A pad on its way from one input to another; of a pad that comes or goes the first.
+PadInput between(const PadInput& a, const PadInput& b, double share);
+
 class LoadPath {
  public:
   // travel: mm between keys while pads move.

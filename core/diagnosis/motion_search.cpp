@@ -1,7 +1,5 @@
 #include "core/diagnosis/motion_search.hpp"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <limits>
 
@@ -124,7 +122,7 @@ SearchResult search_motion(const RecordedSession& session, const SearchOptions& 
   for (const RecordedTrial& trial : session.trials) period = std::min(period, period_of(trial));
   result.exact = fit_data(session, MotionSteps{kFineStep * period}, errors, &work.stop);
   result.fast = fit_data(session, MotionSteps{kLookStep * period, kLookFor * period}, errors, &work.stop);
-  result.exact.threads = result.fast.threads = options.threads > 0 ? options.threads : omp_get_num_procs();
+  result.exact.threads = result.fast.threads = work.threads();
   result.coarse = result.fast;
   Hypothesis nothing;
   nothing.numbers = false;

@@ -67,7 +67,7 @@ std::vector<Promise> promises_of(const FitData& data, const Hypothesis& hypothes
     const double limit = kLargestStep * amplitude.typical;
     const double change = std::clamp(own / stiffness, -limit, limit);
     const double value = amplitude.logarithmic ? columns[i].neutral * std::exp(change) : columns[i].neutral + change;
-    promises.push_back({i, base - own * own / stiffness, std::clamp(value, amplitude.lowest, amplitude.highest)});
+    promises.push_back({i, base - own * own / stiffness, own * own / stiffness, std::clamp(value, amplitude.lowest, amplitude.highest)});
   }
   return promises;
 }
@@ -109,7 +109,7 @@ std::vector<Promise> most_promising(const FitData& data, const Hypothesis& hypot
       promises.push_back({i,
                           equations.chi_square + penalty_of(at.unknowns) - 2.0 * pull.dot(step) +
                               step.dot(with_prior(equations.normal, at.unknowns) * step),
-                          std::numeric_limits<double>::quiet_NaN()});
+                          std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()});
     }
   }
   std::stable_sort(promises.begin(), promises.end(),
@@ -136,7 +136,8 @@ double promise_all(const FitData& data, const Candidate& base, std::vector<Candi
   const std::vector<Promise> promises = promises_of(data, hypothesis, unknowns, columns);
   double best = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < promises.size(); ++i) {
-    owners[i].first->promises.push_back({owners[i].second, promises[i].chi_square, promises[i].amplitude});
+    owners[i].first->promises.push_back(promises[i]);
+    owners[i].first->promises.back().start = owners[i].second;
     best = std::min(best, promises[i].chi_square);
   }
   for (Candidate& candidate : added)

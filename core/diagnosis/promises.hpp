@@ -11,6 +11,7 @@ namespace tissued::core {
 struct Promise {
   std::size_t start = 0;    // index
   double chi_square = 0.0;  // after one step
+  double gain = 0.0;        // of chi square, by the effect; infinite where it has no amplitude
   double amplitude = 0.0;   // of Effect::amplitude after that step; as it was where the effect has none
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/discretisation.hpp"
@@ -13,8 +14,10 @@ namespace tissued::core {
 namespace {
 
 constexpr double kTravel = 3.0, kCoarseTravel = 5.0;  // mm between keys
-constexpr FitControl kFirstLook{4, 10.0}, kFast{16, 3.0}, kExact{6, 0.5};
+constexpr FitControl kFirstLook{4, 10.0}, kFast{16, 3.0}, kExact{12, 0.5};
 constexpr std::size_t kMostFast = 6, kMostExact = 4, kMostPairs = 2, kStartsToFit = 3;
+constexpr double kPromised = 10.0;   // of chi square: with less in one linear step, one look is enough
+constexpr double kPromisedBeside = 1.5 * kAccept;  // likewise beside another effect, of the twice kAccept it takes
 constexpr double kNear = 0.3;        // of the largest advantage: candidates with less are not looked at more closely
 constexpr double kPromising = 0.1;   // likewise, after the first look
 constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
@@ -22,11 +25,14 @@ constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not
 // A first look at a candidate: a few steps on few keys, from the most promising of its starts.
 void look_at(const FitData& coarse, Candidate& candidate) {
   std::vector<Values> starts = candidate.starts;
+  FitControl control = kFirstLook;
   if (starts.size() > 1) {
     candidate.promises = most_promising(coarse, candidate.hypothesis, starts);
     starts.clear();
+    if (!candidate.promises.empty() && candidate.promises.front().gain < kPromised) control.most_evaluations = 1;
+    const std::size_t most = control.most_evaluations == 1 ? 1 : kStartsToFit;
     for (const Promise& promise : candidate.promises) {
-      if (starts.size() == kStartsToFit) break;
+      if (starts.size() == most || promise.gain < kNear * candidate.promises.front().gain) break;
       starts.push_back(candidate.starts[promise.start]);
       const Effect& effect = *candidate.hypothesis.effects.back();
       if (effect.amplitude() < 0) continue;
@@ -36,13 +42,38 @@ void look_at(const FitData& coarse, Candidate& candidate) {
     }
   }
   for (const Values& start : starts) {
-    Fit tried = fit(coarse, candidate.hypothesis, start, kFirstLook);
+    Fit tried = fit(coarse, candidate.hypothesis, start, control);
     if (!tried.solved) {
       if (!candidate.fast.solved) candidate.fast.trouble = tried.trouble;
       continue;
     }
     if (!candidate.fast.solved || tried.log_evidence > candidate.fast.log_evidence) candidate.fast = std::move(tried);
   }
+}
+
+// What one linear step from the base would take off chi square, where this candidate adds its effect at the place that
+// was found for it. Leaves the base's own fit as the candidate's.
+double promise_beside(const FitData& exact, const Candidate& base, Candidate& candidate) {
+  Values start;
+  for (const Unknown& unknown : base.exact.unknowns) start.emplace_back(unknown.name, unknown.value);
+  for (const auto& [name, value] : values_of(candidate.fast))
+    if (!base.exact.has(name)) start.emplace_back(name, value);
+  if (!candidate.hypothesis.effects.empty()) {
+    const Effect& effect = *candidate.hypothesis.effects.back();
+    const std::vector<double> neutral = effect.neutral(exact.session->scene);
+    for (auto& [name, value] : start)
+      if (const int k = effect.amplitude(); k >= 0 && name == model_parameter(effect, effect.parameters()[k]))
+        value = neutral[static_cast<std::size_t>(k)];
+  }
+  Fit at = assess(exact, candidate.hypothesis, start);
+  if (!at.solved) return std::numeric_limits<double>::infinity();
+  const Channels channels = channels_of(exact.session->scene);
+  const ErrorModel errors = raised(exact.errors, channels, normal_equations(exact.errors, pointers_to(at.residuals)));
+  const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
+  const Eigen::VectorXd step = step_of(equations, at.unknowns, 1e-3);
+  const double promise = (equations.gradient + pull_of_prior(at.unknowns)).dot(step);
+  candidate.exact = std::move(at);
+  return promise;
 }
 
 // What plots do not need of the candidates that lost.
@@ -60,7 +91,7 @@ class Narrowing {
  public:
   // base: evidence by linear elements on few and on all keys of what every candidate adds to.
   Narrowing(const FitData& coarse, const FitData& fast, const FitData& exact, const Candidate& base, Work& work)
-      : coarse_(&coarse), fast_(&fast), exact_(&exact), work_(&work) {
+      : coarse_(&coarse), fast_(&fast), exact_(&exact), base_(&base), work_(&work) {
     const Values values = values_of(base.best());
     const FitControl control{3, 3.0};
     on_coarse_ = fit(coarse, base.hypothesis, values, control).log_evidence;
@@ -86,11 +117,15 @@ class Narrowing {
           if (tried.solved) promising[i]->fast = std::move(tried);
         },
         first, second, [&](std::size_t i) { return "fitting " + promising[i]->name(); });
-    const std::vector<Candidate*> chosen = best_of(candidates, most_exact, kNear);
+    std::vector<Candidate*> chosen = best_of(candidates, most_exact, kNear);
+    // Linear elements err more beside an effect than where nothing is missing.
+    if (!base_->kinds.empty()) keep_promising(chosen, second, 0.5 * (second + to));
+    FitData data = *exact_;
+    if (chosen.size() == 1) data.threads = work_->threads();
     work_->all(
         chosen.size(),
         [&](std::size_t i) {
-          chosen[i]->exact = fit(*exact_, chosen[i]->hypothesis, values_of(chosen[i]->fast), kExact);
+          chosen[i]->exact = fit(data, chosen[i]->hypothesis, values_of(chosen[i]->fast), kExact);
           shed(chosen[i]->exact);
         },
         second, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
@@ -98,6 +133,22 @@ class Narrowing {
   }
 
  private:
+  // By quadratic elements, those that may add to the base what it takes to be said.
+  void keep_promising(std::vector<Candidate*>& chosen, double from, double to) {
+    std::vector<double> promised(chosen.size(), 0.0);
+    work_->all(
+        chosen.size(),
+        [&](std::size_t i) {
+          promised[i] = promise_beside(*exact_, *base_, *chosen[i]);
+          shed(chosen[i]->exact);
+        },
+        from, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
+    std::vector<Candidate*> kept;
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+      if (promised[i] > kPromisedBeside) kept.push_back(chosen[i]);
+    chosen = std::move(kept);
+  }
+
   // Those worth more work: at most so many, with this share of the largest advantage.
   std::vector<Candidate*> best_of(std::vector<Candidate>& candidates, std::size_t most, double share) const {
     std::vector<Candidate*> order;
@@ -113,32 +164,29 @@ class Narrowing {
   }
 
   const FitData *coarse_, *fast_, *exact_;
+  const Candidate* base_;
   Work* work_;
   double on_coarse_ = 0.0, on_fast_ = 0.0;
 };
 
 // Other numbers alone bring the markers about down to noise: then it is as well to judge elements where these are.
-bool nearly_explains(const SearchResult& result) {
+bool nearly_explains(const FitData& data, const Fit& numbers) {
   constexpr double kNearly = 2.0;
-  const Fit& numbers = result.numbers.exact;
-  if (!numbers.solved || !result.numbers.fast.solved) return false;
-  const Channels channels = channels_of(result.exact.session->scene);
-  return structure_left(result.exact.errors, channels, pointers_to(numbers.residuals))[0] < kNearly;
+  if (!numbers.solved) return false;
+  const Channels channels = channels_of(data.session->scene);
+  return structure_left(data.errors, channels, pointers_to(numbers.residuals))[0] < kNearly;
 }
 
-// What elements err depends on Poisson's ratio more than on anything else.
-void correct_at_numbers(const RecordedSession& session, Work& work, SearchResult& result) {
-  constexpr double kAsGood = 0.005;
-  const Fit numbers = result.numbers.exact;
-  if (std::abs(numbers.value("poissons_ratio") - session.scene.material.poissons_ratio) < kAsGood ||
-      session.scene.mesh.tet_count() > kMostRefinedTets)
-    return;
-  Scene fitted = session.scene;
-  fitted.material.youngs_modulus = numbers.value("youngs_modulus");
-  fitted.material.poissons_ratio = numbers.value("poissons_ratio");
-  result.discretisation_mm = correct_by_finer(session, fitted, work, result.exact);
-  Fit again = fit(result.exact, result.numbers.hypothesis, values_of(numbers), kExact);
-  if (again.solved) result.numbers.exact = std::move(again);
+// The elements' own error, by finer ones: where the numbers are if these may explain all that is seen, else where they
+// are assumed to be. What elements err depends on Poisson's ratio more than on anything else.
+void correct_elements(const RecordedSession& session, Work& work, SearchResult& result) {
+  if (session.scene.mesh.tet_count() > kMostRefinedTets) return;
+  Scene scene = session.scene;
+  if (const Fit& numbers = result.numbers.fast; nearly_explains(result.fast, numbers)) {
+    scene.material.youngs_modulus = numbers.value("youngs_modulus");
+    scene.material.poissons_ratio = numbers.value("poissons_ratio");
+  }
+  result.discretisation_mm = correct_by_finer(session, scene, work, result.exact);
 }
 
 // Candidates are compared by linear elements first: those are to answer as quadratic ones do where numbers are.
@@ -157,32 +205,30 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
   result.fast = fit_data(session, kTravel, FemElement::p1, errors, &work.stop);
   result.coarse = fit_data(session, kCoarseTravel, FemElement::p1, errors, &work.stop);
   work.tell(0.02, "the assumed physics");
-  if (options.refine_mesh && session.scene.mesh.tet_count() <= kMostRefinedTets)
-    result.discretisation_mm = correct_by_finer(session, session.scene, work, result.exact);
   work.all(
       2,
       [&](std::size_t job) {
         FitData& data = job == 0 ? result.exact : result.coarse;
         data.placement = placement_slopes(session.scene, data.paths);
+        correct_by_quadratic(job == 0 ? result.fast : result.coarse);
       },
-      0.2, 0.21, [](std::size_t) { return "where markers sit"; });
+      0.02, 0.05, [](std::size_t) { return "where markers sit"; });
   result.fast.placement = result.exact.placement;
+  result.numbers = numbers_candidate();
+  result.numbers.fast = fit(result.fast, result.numbers.hypothesis, {}, kFast);
+  if (options.refine_mesh) correct_elements(session, work, result);
   Hypothesis nothing;
   nothing.numbers = false;
   work.all(
-      3,
+      2,
       [&](std::size_t job) {
         if (job == 0) result.assumed = assess(result.exact, nothing);
-        if (job == 1) correct_by_quadratic(result.fast);
-        if (job == 2) correct_by_quadratic(result.coarse);
+        if (job == 1)
+          result.numbers.exact = fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExact);
       },
-      0.21, 0.25, [](std::size_t) { return "the assumed physics"; });
+      0.2, 0.25, [](std::size_t) { return "the assumed physics"; });
   shed(result.assumed);
-  result.numbers = numbers_candidate();
-  result.numbers.fast = fit(result.fast, result.numbers.hypothesis, {}, kFast);
-  result.numbers.exact = fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExact);
-  if (options.refine_mesh && nearly_explains(result)) correct_at_numbers(session, work, result);
-  if (nearly_explains(result)) rebase_on_numbers(work, result);
+  if (nearly_explains(result.exact, result.numbers.exact)) rebase_on_numbers(work, result);
   if (result.numbers.best().solved) return;
   // Interrupted before any number was known: what is said is said of the assumed physics.
   if (!result.assumed.solved) {
@@ -202,8 +248,18 @@ void find_second(Work& work, SearchResult& result) {
       2, [&](std::size_t job) { rebase(result.exact, first.exact, job == 0 ? fast : coarse); }, 0.6, 0.62,
       [](std::size_t) { return "a second explanation"; });
   std::vector<Candidate> pairs;
-  for (std::size_t i = 1; i < result.rounds[0].size(); ++i)
-    if (result.rounds[0][i].fast.solved) pairs.push_back(extended(first, result.rounds[0][i]));
+  for (std::size_t i = 1; i < result.rounds[0].size(); ++i) {
+    const Candidate& second = result.rounds[0][i];
+    if (!second.fast.solved) continue;
+    pairs.push_back(extended(first, second));
+    // Where each place takes a solve of its own, those that were best alone.
+    const bool has_amplitude = second.hypothesis.effects.empty() || second.hypothesis.effects.back()->amplitude() >= 0;
+    if (!has_amplitude && second.promises.size() > kStartsToFit) {
+      std::vector<Values> starts;
+      for (std::size_t k = 0; k < kStartsToFit; ++k) starts.push_back(pairs.back().starts[second.promises[k].start]);
+      pairs.back().starts = std::move(starts);
+    }
+  }
   Narrowing(coarse, fast, result.exact, first, work).run(pairs, kMostPairs, 0.62, 1.0);
   result.rounds.push_back(std::move(pairs));
 }
@@ -236,12 +292,33 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
   return result;
 }
 
-double advantage(const SearchResult& result, const Candidate& candidate) {
-  const bool exact = !result.compares_fast && candidate.exact.solved && result.numbers.exact.solved;
-  const Fit& base = exact ? result.numbers.exact : result.numbers.fast;
-  const Fit& fit = exact ? candidate.exact : candidate.fast;
+namespace {
+
+// Of chi square, by the marker that gains most.
+double largest_gain_of_marker(const Fit& with, const Fit& without, const Channels& channels) {
+  double largest = 0.0;
+  for (int i = 0; i < channels.markers; ++i) {
+    const auto change = [&](int c) { return without.chi_square_of_channel[c] - with.chi_square_of_channel[c]; };
+    const int c = channels.of_marker(i);
+    largest = std::max(largest, change(c) + change(c + 1) + change(c + 2));
+  }
+  return largest;
+}
+
+}  // namespace
+
+double gain(const SearchResult& result, const Candidate& with, const Candidate& without) {
+  const bool exact = !result.compares_fast && with.exact.solved && without.exact.solved;
+  const Fit& base = exact ? without.exact : without.fast;
+  const Fit& fit = exact ? with.exact : with.fast;
   if (!fit.solved || !base.solved) return -1e9;
-  return fit.log_evidence - base.log_evidence;
+  const double all = fit.log_evidence - base.log_evidence;
+  if (!with.hypothesis.slips.empty() && without.hypothesis.slips.empty()) return all;  // what single markers did
+  return all - 0.5 * largest_gain_of_marker(fit, base, channels_of(result.exact.session->scene));
+}
+
+double advantage(const SearchResult& result, const Candidate& candidate) {
+  return &candidate == &result.numbers ? 0.0 : gain(result, candidate, result.numbers);
 }
 
 }  // namespace tissued::core

@@ -36,8 +36,12 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
 // the thresholds of diagnosis.cpp.
 inline constexpr double kAccept = 20.0;
 
-// Natural logarithm of how much likelier the recordings are under a candidate than with numbers alone; what noise and
-// discretisation cannot account for is not taken for certain.
+// Natural logarithm of how much likelier the recordings are under one candidate than under another that it adds to,
+// whatever any single marker says: one that was placed wrongly near a pad can speak for anything. What noise and
+// discretisation cannot account for is not taken for certain. -1e9 where one of them was not solved.
+double gain(const SearchResult& result, const Candidate& with, const Candidate& without);
+
+// Over numbers alone.
 double advantage(const SearchResult& result, const Candidate& candidate);
 
 }  // namespace tissued::core

@@ -27,6 +27,7 @@ class Work {
       stop = true;
     return stop;
   }
+  int threads() const { return options_->threads > 0 ? options_->threads : omp_get_num_procs(); }
   void tell(double share, const std::string& what) {
     if (!options_->progress) return;
     const std::lock_guard lock(mutex_);
@@ -36,10 +37,9 @@ class Work {
   // Independent jobs over the threads; none is begun when time is over.
   void all(std::size_t count, const std::function<void(std::size_t)>& job, double from, double to,
            const std::function<std::string(std::size_t)>& what) {
-    const int threads = options_->threads > 0 ? options_->threads : omp_get_num_procs();
     std::size_t done = 0;
 // A single job may take the threads for itself.
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (count > 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads()) if (count > 1)
     for (std::size_t i = 0; i < count; ++i) {
       if (over()) continue;
       job(i);

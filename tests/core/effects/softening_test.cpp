@@ -27,6 +27,24 @@ TEST_CASE("unloaded tissue follows Ogden and Roxburgh, loaded further it is as n
   CHECK(stress(0.8) == Approx(mu * 0.8));
 }
 
+// Where one point of an element is strained further than ever and its neighbours are not, they differ in stiffness
+// many times.
+TEST_CASE("a body that softens stays stable while it is pushed, held and let go", "[effects]") {
+  const Scene scene = box_scene({4, 4, 3, 10.0});
+  FemOptions options;
+  options.effects.push_back(fem_effect(softening_effect()));
+  FemModel body(scene, options);
+  set_effect(body, softening_effect(), std::vector<double>{0.7, 0.002 * scene.material.youngs_modulus});
+  FemEquilibrium equilibrium(body, 1);
+  FemState state = rest_state(body);
+  for (const double depth : {2.0, 4.0, 6.0, 6.0, 6.02, 6.01, 6.0, 4.0, 2.0, 0.0}) {
+    const std::vector<PadInput> pads{pushed(scene.pads[0], depth * scene.pads[0].direction), PadInput{}};
+    INFO("at " << depth << " mm");
+    REQUIRE(solve_static(equilibrium, state, {pads}, FemControl{1e-4, 30, 6.0, 1e-3}, 0.1).converged);
+    CHECK(equilibrium.factor_at({1.0, 0.1, nullptr, {}}, state.x, state.history, state.hold));
+  }
+}
+
 TEST_CASE("softening: derivatives, neutral numbers, words", "[effects]") {
   check_derivatives(softening_effect(), {{"inverse_r", 0.6}, {"w0", 0.3}});
   check_neutral(softening_effect(), 1e-12);

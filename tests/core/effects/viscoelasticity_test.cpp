@@ -73,7 +73,9 @@ TEST_CASE("a held body of half the Prony share answers in the end as one of half
   const double mu = 0.5 * scene.material.shear_modulus(), kappa = scene.material.bulk_modulus();
   scene.material.youngs_modulus = 9.0 * kappa * mu / (3.0 * kappa + mu);
   scene.material.poissons_ratio = (3.0 * kappa - 2.0 * mu) / (2.0 * (3.0 * kappa + mu));
-  const FemModel soft(scene, {});
+  FemOptions same_points;
+  same_points.quadrature_degree = 2;
+  const FemModel soft(scene, same_points);
   FemEquilibrium other(soft, 1);
   FemState expected = rest_state(soft);
   REQUIRE(solve_static(other, expected, {pads}, FemControl{}).converged);
