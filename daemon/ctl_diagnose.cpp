@@ -135,10 +135,10 @@ int run_diagnose(const DiagnoseArguments& arguments) {
 
 struct PredictArguments {
   std::string bundle, trial;
-  fs::path model, out;
+  fs::path model, out, recorded;
 };
 
-// Markers and targets of every frame, in the tracker's frame.
+// Markers and targets of every frame, in the tracker's frame; what is not finite is a gap.
 protocol::Trial trial_of(const config::Bundle& bundle, const core::Scene& scene, const core::RecordedTrial& recorded,
                          const core::RowMatrix& displacements) {
   protocol::Trial trial;
@@ -160,7 +160,7 @@ protocol::Trial trial_of(const config::Bundle& bundle, const core::Scene& scene,
       const core::Vec3 at =
           tracker_from_tissue(rests[i] + displacements.row(f).segment<3>(3 * static_cast<Eigen::Index>(i)).transpose());
       trial.positions.push_back({at.x(), at.y(), at.z()});
-      trial.seen.push_back(1);
+      trial.seen.push_back(at.allFinite() ? 1 : 0);
     }
   }
   return trial;
@@ -180,6 +180,8 @@ int run_predict(const PredictArguments& arguments) {
   if (!arguments.model.empty()) model = read_model(arguments.model, session.scene);
   const core::RowMatrix displacements = core::predict(session.scene, *trial, model.candidate, model.offset);
   protocol::write_nexus_csv(trial_of(bundle, session.scene, *trial, displacements), arguments.out);
+  if (!arguments.recorded.empty())
+    protocol::write_nexus_csv(trial_of(bundle, session.scene, *trial, trial->seen), arguments.recorded);
   return kSuccess;
 }
 
@@ -223,6 +225,8 @@ void add_predict_command(CLI::App& app, int& exit_code) {
       ->type_name("FILE");
   predict->add_option("--trial", a.trial, "Name of the trial")->type_name("NAME")->required();
   predict->add_option("--out", a.out, "Markers and targets of every frame, Nexus CSV")->type_name("FILE")->required();
+  predict->add_option("--recorded", a.recorded, "What was recorded of them, cleaned and turned as a diagnosis sees it")
+      ->type_name("FILE");
   predict->callback([arguments, &exit_code] { exit_code = run_predict(*arguments); });
 }
 

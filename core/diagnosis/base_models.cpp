@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/diagnosis/discretisation.hpp"
+#include "core/diagnosis/placement.hpp"
 
 namespace tissued::core {
 
@@ -20,13 +21,6 @@ constexpr double kMarkerBend = 0.0015, kForceBend = 0.01;
 constexpr double kMotionShare = 0.02, kCorrelated = 0.08;
 // Of what finer elements say otherwise: what a body is that is not made of elements, and recordings of one that is.
 constexpr double kCorrectionMean = 0.35, kCorrectionSd = 0.35;
-
-std::size_t key_at_peak(const LoadPath& path) {
-  std::size_t peak = 0;
-  for (std::size_t k = 1; k < path.keys().size(); ++k)
-    if (path.keys()[k].load > path.keys()[peak].load + 1e-9) peak = k;
-  return peak;
-}
 
 // N, the largest force of a pad in a trial; 0 where none was seen.
 double peak_force(const RecordedTrial& trial, const Channels& channels, int pad) {
@@ -129,6 +123,13 @@ FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const
   return fit_data(session, std::move(paths), FemElement::p2, swinging, stop);
 }
 
+void place_markers(FitData& data) {
+  Placement placement = placement_of(data.session->scene, data.paths, kOffset);
+  data.placement = std::move(placement.slopes);
+  auto known = data.errors.discretisation.leftCols(placement.doubt.cols());
+  known = (known.array().square() + placement.doubt.array().square()).sqrt().matrix();
+}
+
 double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact) {
   const Channels channels = channels_of(session.scene);
   std::vector<FinerAnswer> answers(exact.paths.size());
@@ -136,7 +137,7 @@ double correct_by_finer(const RecordedSession& session, const Scene& scene, Work
       exact.paths.size(),
       [&](std::size_t k) {
         const LoadPath& path = exact.paths[k];
-        answers[k] = finer_answer(scene, path.keys()[key_at_peak(path)].pads);
+        answers[k] = finer_answer(scene, path.keys()[path.key_at_peak()].pads);
       },
       0.1, 0.2, [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
   double square = 0.0, count = 0.0;

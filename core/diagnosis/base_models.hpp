@@ -17,6 +17,9 @@ FitData fit_data(const RecordedSession& session, double travel, FemElement eleme
 FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const ErrorModel& errors,
                  const std::atomic<bool>* stop);
 
+// What markers do that sit elsewhere than the scene has them, and how little is known of that.
+void place_markers(FitData& data);
+
 // What finer elements answer on the way to the peak of each trial, into `exact`; scene: the session's, but for its
 // numbers. Returns what markers differ by, mm RMS.
 double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact);

@@ -63,22 +63,28 @@ Grounds grounds_of(const SearchResult& result, double structure) {
   return grounds;
 }
 
-// Of a kind among the candidates that are as rich as the chosen one.
-double probability_of(const std::string& kind, const SearchResult& result, const Candidate& chosen) {
-  double with = 0.0, all = 0.0;
-  const double best = advantage(result, chosen);
-  const auto add = [&](const Candidate& candidate, double gain) {
-    const double weight = std::exp((gain - best) / kTemperature);
-    all += weight;
-    if (std::find(candidate.kinds.begin(), candidate.kinds.end(), kind) != candidate.kinds.end()) with += weight;
-  };
-  add(result.numbers, 0.0);
+// Candidates that were looked at as closely as the chosen one, and how probable each is of them. An effect has the odds
+// against it that it takes to be accepted: nulls have some advantage, too.
+std::vector<std::pair<const Candidate*, double>> weigh(const SearchResult& result, const Candidate& chosen) {
+  std::vector<std::pair<const Candidate*, double>> weights{{&result.numbers, 0.0}};
   for (const std::vector<Candidate>& round : result.rounds)
     for (const Candidate& candidate : round)
-      if (result.compares_fast || candidate.exact.solved || !chosen.exact.solved)
-        add(candidate, advantage(result, candidate));
+      if (candidate.best().solved && (result.compares_fast || candidate.exact.solved || !chosen.exact.solved))
+        weights.emplace_back(&candidate, advantage(result, candidate) -
+                                             kAccept * static_cast<double>(candidate.kinds.size()));
+  double best = 0.0, all = 0.0;
+  for (const auto& weight : weights) best = std::max(best, weight.second);
+  for (auto& weight : weights) all += weight.second = std::exp((weight.second - best) / kTemperature);
+  for (auto& weight : weights) weight.second /= all;
+  return weights;
+}
+
+double probability_of(const std::string& kind, const std::vector<std::pair<const Candidate*, double>>& weights) {
+  double with = 0.0;
+  for (const auto& [candidate, weight] : weights)
+    if (std::find(candidate->kinds.begin(), candidate->kinds.end(), kind) != candidate->kinds.end()) with += weight;
   // Nobody who has seen some dozens of cases may be surer.
-  return all > 0.0 ? std::clamp(with / all, 1.0 - kSurest, kSurest) : 0.0;
+  return std::clamp(with, 1.0 - kSurest, kSurest);
 }
 
 std::vector<RowMatrix> residuals_of(const Fit& fit) {
@@ -122,26 +128,15 @@ void show_held_out(const RecordedSession& session, const SearchResult& result, c
   }
 }
 
-void name_alternatives(const SearchResult& result, const Candidate& chosen, Diagnosis& diagnosis) {
-  const double best = std::max(0.0, advantage(result, chosen));
-  double all = 0.0;
-  std::vector<std::pair<const Candidate*, double>> weights;
-  const auto add = [&](const Candidate& candidate, double gain) {
-    if (!candidate.best().solved) return;
-    weights.emplace_back(&candidate, std::exp((gain - best) / kTemperature));
-    all += weights.back().second;
-  };
-  add(result.numbers, 0.0);
-  for (const std::vector<Candidate>& round : result.rounds)
-    for (const Candidate& candidate : round)
-      if (result.compares_fast || candidate.exact.solved || !chosen.exact.solved)
-        add(candidate, advantage(result, candidate));
+void name_alternatives(const std::vector<std::pair<const Candidate*, double>>& weights, const Candidate& chosen,
+                       Diagnosis& diagnosis) {
   for (const auto& [candidate, weight] : weights)
-    if (candidate != &chosen && weight / all > kSaid)
-      diagnosis.alternatives.push_back({candidate->name(), weight / all, candidate->best().chi_square});
+    if (candidate != &chosen && weight > kSaid)
+      diagnosis.alternatives.push_back({candidate->name(), weight, candidate->best().chi_square});
   std::sort(diagnosis.alternatives.begin(), diagnosis.alternatives.end(),
             [](const Alternative& a, const Alternative& b) { return a.probability > b.probability; });
 }
+
 void judge(const SearchResult& result, const Candidate& chosen, const RecordedSession& session, Diagnosis& diagnosis) {
   const Scene& scene = session.scene;
   const Channels channels = channels_of(scene);
@@ -149,9 +144,10 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
                                                     session.is_dynamic() ? 1 : 15);
   diagnosis.grounds = grounds_of(result, left[0]);
   const bool unexplained = left[0] > kStructure;
+  const auto weights = weigh(result, chosen);
   for (const std::string& kind : chosen.kinds) {
     Finding finding = finding_of(kind, chosen.best(), scene);
-    finding.probability = probability_of(kind, result, chosen);
+    finding.probability = probability_of(kind, weights);
     set_when(result.exact, result.numbers.best(), chosen.best(), finding);
     diagnosis.findings.push_back(std::move(finding));
   }
@@ -184,6 +180,7 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
     if (diagnosis.verdict == Verdict::no_mismatch) diagnosis.verdict = Verdict::parameters;
   }
   if (diagnosis.verdict != Verdict::no_mismatch) diagnosis.mismatch_map = map.of_tet;
+  name_alternatives(weights, chosen, diagnosis);
 }
 
 // A search that was stopped while markers do not fit has not shown that there is nothing, nor that nothing has a name.
@@ -230,7 +227,6 @@ Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options)
     throw ModelError("the assumed physics has no equilibrium on the way: " + result.assumed.trouble);
   const Candidate& chosen = chosen_of(result);
   judge(result, chosen, session, diagnosis);
-  name_alternatives(result, chosen, diagnosis);
   diagnosis.noise_marker_mm = session.is_dynamic() ? error_model(session).noise[0] : result.exact.errors.noise[0];
   diagnosis.noise_force_N = session.force_noise;
   diagnosis.discretisation_marker_mm = result.discretisation_mm;

@@ -1,15 +1,17 @@
 #include "core/diagnosis/discretisation.hpp"
 
+#include <Eigen/LU>
 #include <array>
-#include <optional>
+#include <cmath>
 
+#include "core/edge_load.hpp"
 #include "core/refined_mesh.hpp"
 
 namespace tissued::core {
 
 namespace {
 
-constexpr std::array<double, 2> kShares{0.35, 0.7};  // of the push
+constexpr std::array<double, 3> kShares{0.35, 0.7, 1.0};  // of the push
 // Short steps take one factorisation each, long ones many more.
 constexpr FemControl kControl{5e-3, 20, 2.5, 0.05};
 
@@ -38,7 +40,27 @@ std::optional<RowMatrix> along(const Scene& scene, std::span<const PadInput> pad
   return values;
 }
 
+// (channels), of a body that nothing but its weight and loads act on.
+std::optional<Eigen::RowVectorXd> at_rest(const Scene& scene, std::span<const EdgeLoad> loads) {
+  PathSolver solver(scene, {});
+  FemState state = rest_state(solver.model());
+  const std::vector<PadInput> none(scene.pads.size());
+  const Eigen::VectorXd external = forces_of(solver.model(), loads);
+  if (!solve_static(solver.equilibrium(), state, {none, &external}, kControl).converged) return std::nullopt;
+  return solver.observe(state, none);
+}
+
 }  // namespace
+
+std::optional<double> finer_rest(const Scene& scene, std::span<const EdgeLoad> loads) {
+  if (scene.mesh.tet_count() > kMostRefinedTets || scene.markers.empty()) return std::nullopt;
+  Scene fine = scene;
+  fine.mesh = refined(scene.mesh).mesh;
+  const auto own = at_rest(scene, loads), finer = own ? at_rest(fine, loads) : std::nullopt;
+  if (!finer) return std::nullopt;
+  const auto seen = static_cast<Eigen::Index>(3 * scene.markers.size());
+  return std::sqrt((*finer - *own).head(seen).squaredNorm() / static_cast<double>(seen));
+}
 
 FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads) {
   constexpr double kUnloaded = 1e-3;  // N
@@ -49,22 +71,20 @@ FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads) {
   if (!finer) return answer;
   answer.solved = true;
   const Channels channels = channels_of(scene);
-  const double span = kShares[1] - kShares[0];
-  RowMatrix differs = *finer - *own;
+  Mat3 powers;
+  for (Eigen::Index i = 0; i < 3; ++i) powers.row(i) << 1.0, kShares[i], kShares[i] * kShares[i];
+  const Mat3 interpolation = powers.inverse();
+  RowMatrix differs = *finer - *own, ratios = RowMatrix::Ones(3, channels.pads);
   differs.rightCols(3 * channels.pads).setZero();
-  answer.bend = (differs.row(1) / kShares[1] - differs.row(0) / kShares[0]) / span;
-  answer.slope = differs.row(0) / kShares[0] - kShares[0] * answer.bend;
-  answer.force_ratio = Eigen::RowVectorXd::Ones(channels.pads);
-  answer.force_change = Eigen::RowVectorXd::Zero(channels.pads);
-  for (int pad = 0; pad < channels.pads; ++pad) {
-    std::array<double, 2> ratio{};
-    for (Eigen::Index i = 0; i < 2; ++i) {
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    differs.row(i) /= kShares[i];
+    for (int pad = 0; pad < channels.pads; ++pad) {
       const double force = own->row(i).segment<3>(channels.of_force(pad)).norm();
-      ratio[i] = force > kUnloaded ? finer->row(i).segment<3>(channels.of_force(pad)).norm() / force : 1.0;
+      if (force > kUnloaded) ratios(i, pad) = finer->row(i).segment<3>(channels.of_force(pad)).norm() / force;
     }
-    answer.force_change[pad] = (ratio[1] - ratio[0]) / span;
-    answer.force_ratio[pad] = ratio[0] - kShares[0] * answer.force_change[pad];
   }
+  answer.differs = interpolation * differs;
+  answer.force_ratio = interpolation * ratios;
   return answer;
 }
 

@@ -1,6 +1,8 @@
 // What the size of the elements costs: answers along a push by elements of half the size, against the session's own.
 #pragma once
 
+#include <optional>
+
 #include "core/diagnosis/path_solver.hpp"
 
 namespace tissued::core {
@@ -11,15 +13,19 @@ inline constexpr int kMostRefinedTets = 4000;
 // By the share of the push, 0 to 1.
 struct FinerAnswer {
   bool solved = false;
-  Eigen::RowVectorXd slope, bend;                // (channels) of the difference in mm; zero for forces
-  Eigen::RowVectorXd force_ratio, force_change;  // (pads) finer by own at no push, and what that changes by to a whole
+  RowMatrix differs;      // (3 x channels) polynomial of the difference, mm, from its first power on; zero for forces
+  RowMatrix force_ratio;  // (3 x pads) polynomial of finer by own, from its constant on
 
-  Eigen::RowVectorXd difference(double share) const { return share * (slope + share * bend); }
-  Eigen::RowVectorXd force_factor(double share) const { return force_ratio + share * force_change; }
+  Eigen::RowVectorXd difference(double share) const { return share * Eigen::RowVector3d(1, share, share * share) * differs; }
+  Eigen::RowVectorXd force_factor(double share) const { return Eigen::RowVector3d(1, share, share * share) * force_ratio; }
 };
 
-// The way from rest to these pads by quadratic elements on scene's mesh and on its refinement. Solved at two parts of
-// it: near its end finer elements take most of the time, for hardly more than a parabola says.
+// The way from rest to these pads by quadratic elements on scene's mesh and on its refinement. Solved at three parts of
+// it.
 FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads);
+
+// mm RMS per axis, of markers: what finer elements say otherwise of where the body comes to rest under its weight and
+// these loads. Nothing where there are too many elements, or no equilibrium.
+std::optional<double> finer_rest(const Scene& scene, std::span<const EdgeLoad> loads);
 
 }  // namespace tissued::core

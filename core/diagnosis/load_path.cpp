@@ -181,6 +181,13 @@ PathPlace LoadPath::place(double time) const {
   return place;
 }
 
+std::size_t LoadPath::key_at_peak() const {
+  std::size_t peak = 0;
+  for (std::size_t k = 1; k < keys_.size(); ++k)
+    if (keys_[k].load > keys_[peak].load + 1e-9) peak = k;
+  return peak;
+}
+
 double LoadPath::load(double time) const {
   if (time <= frames_.front().time) return frames_.front().load;
   const auto next = std::lower_bound(frames_.begin(), frames_.end(), time,

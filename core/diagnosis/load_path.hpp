@@ -47,6 +47,7 @@ class LoadPath {
   LoadPath(const RecordedTrial& trial, const Scene& scene, const MotionSteps& steps);
 
   const std::vector<LoadKey>& keys() const { return keys_; }
+  std::size_t key_at_peak() const;  // the first of those with the largest load
   int pose_count() const { return pose_count_; }
   double peak_load() const { return peak_load_; }   // mm; of a motion: the largest displacement of a marker
   const Motion* motion() const { return motion_; }  // nullptr: equilibria

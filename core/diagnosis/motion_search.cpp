@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/diagnosis/base_models.hpp"
+#include "core/diagnosis/discretisation.hpp"
 #include "core/diagnosis/seen_motion.hpp"
 #include "core/diagnosis/work.hpp"
 
@@ -126,7 +127,12 @@ SearchResult search_motion(const RecordedSession& session, const SearchOptions& 
   result.coarse = result.fast;
   Hypothesis nothing;
   nothing.numbers = false;
-  work.tell(0.02, "the assumed physics");
+  work.tell(0.02, "the elements' own error");
+  for (const RecordedTrial& trial : session.trials)
+    if (options.refine_mesh)
+      result.discretisation_mm =
+          std::max(result.discretisation_mm, finer_rest(session.scene, trial.motion->loads).value_or(0.0));
+  work.tell(0.03, "the assumed physics");
   // A model without damping swings on, whatever was seen.
   FitData unsettled = fit_data(session, MotionSteps{kFineStep * period, 1e9, false}, errors, &work.stop);
   unsettled.threads = result.exact.threads;

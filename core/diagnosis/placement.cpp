@@ -14,18 +14,23 @@ constexpr double kStep = 0.5;      // mm, to both sides: about what is to be jud
 constexpr double kFarthest = 1.5;  // mm along an axis; what is further off is not how a marker was placed
 constexpr int kPasses = 2;         // the offset is better known once its effect is taken off
 
-// Every marker six times: moved along each axis, there and back.
+constexpr int kProbes = 7;  // of a marker
+constexpr double kSlopeError = 0.15;
+
+// Every marker seven times: moved along each axis, there and back, and where it is.
 Scene with_moved_markers(const Scene& scene) {
   Scene moved = scene;
   moved.targets.clear();
   moved.markers.clear();
-  for (const Marker& marker : scene.markers)
+  for (const Marker& marker : scene.markers) {
     for (int axis = 0; axis < 3; ++axis)
       for (double step : {kStep, -kStep}) {
         Marker other = marker;
         other.rest[axis] += step;
         moved.markers.push_back(std::move(other));
       }
+    moved.markers.push_back(marker);
+  }
   return moved;
 }
 
@@ -42,24 +47,37 @@ RowMatrix moved_by(const RowMatrix& slopes, const Eigen::VectorXd& offset, doubl
 
 }  // namespace
 
-std::vector<RowMatrix> placement_slopes(const Scene& scene, std::span<const LoadPath> paths) {
+Placement placement_of(const Scene& scene, std::span<const LoadPath> paths, double offset) {
   const auto markers = static_cast<Eigen::Index>(scene.markers.size());
-  std::vector<RowMatrix> slopes;
+  Placement placement;
   for (const LoadPath& path : paths)
-    slopes.push_back(RowMatrix::Zero(static_cast<Eigen::Index>(path.keys().size()), 9 * markers));
+    placement.slopes.push_back(RowMatrix::Zero(static_cast<Eigen::Index>(path.keys().size()), 9 * markers));
+  placement.doubt = RowMatrix::Zero(static_cast<Eigen::Index>(paths.size()), 3 * markers);
   try {
     PathSolver solver(with_moved_markers(scene), {});
     for (std::size_t k = 0; k < paths.size(); ++k) {
       PathAnswer answer;
       if (!solver.solve(paths[k], 0, {}, answer)) continue;
-      for (Eigen::Index probe = 0; probe < 3 * markers; ++probe)
-        slopes[k].middleCols<3>(3 * probe) =
-            (answer.values.middleCols<3>(6 * probe) - answer.values.middleCols<3>(6 * probe + 3)) / (2.0 * kStep);
+      const auto trial = static_cast<Eigen::Index>(k);
+      const auto peak = static_cast<Eigen::Index>(paths[k].key_at_peak());
+      for (Eigen::Index m = 0; m < markers; ++m) {
+        const auto probe = [&](int i) { return answer.values.middleCols<3>(3 * (kProbes * m + i)); };
+        for (int axis = 0; axis < 3; ++axis) {
+          auto slope = placement.slopes[k].middleCols<3>(9 * m + 3 * axis);
+          slope = (probe(2 * axis) - probe(2 * axis + 1)) / (2.0 * kStep);
+          // Half the curvature times the offset's square, whose mean is its variance and whose variance twice its square.
+          const Eigen::RowVector3d bend = (probe(2 * axis) + probe(2 * axis + 1) - 2.0 * probe(6)).row(peak) /
+                                          (2.0 * kStep * kStep) * offset * offset;
+          placement.doubt.row(trial).segment<3>(3 * m) +=
+              (3.0 * bend.array().square() + (kSlopeError * offset * slope.row(peak)).array().square()).matrix();
+        }
+      }
     }
   } catch (const ModelError&) {
     // A marker that is all but too far off: nothing is taken off then.
   }
-  return slopes;
+  placement.doubt = placement.doubt.cwiseSqrt();
+  return placement;
 }
 
 namespace {

@@ -10,10 +10,18 @@
 
 namespace tissued::core {
 
-// (trials) (keys x 9 markers): of a marker's displacement by its place, columns 9 m + 3 j + i for component i by place
-// j; by quadratic elements with the scene's numbers. Zero in trials without an equilibrium, and of markers at the edge
-// of where the scene's checks let them be.
-std::vector<RowMatrix> placement_slopes(const Scene& scene, std::span<const LoadPath> paths);
+struct Placement {
+  // (trials) (keys x 9 markers): of a marker's displacement by its place, columns 9 m + 3 j + i for component i by place
+  // j; by quadratic elements with the scene's numbers. Zero in trials without an equilibrium, and of markers at the edge
+  // of where the scene's checks let them be.
+  std::vector<RowMatrix> slopes;
+  // (trials x 3 markers) mm, standard deviation at the peak of the load: what such a slope does not tell, because it
+  // changes over the offset, and because elements of that size do not know it well.
+  RowMatrix doubt;
+};
+
+// offset: mm per axis, standard deviation, to which markers are placed.
+Placement placement_of(const Scene& scene, std::span<const LoadPath> paths, double offset);
 
 // Takes off the residuals of markers what their place accounts for, as far as it shows: the offset that is most likely
 // given the residuals, times the slopes.

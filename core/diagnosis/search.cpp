@@ -7,7 +7,6 @@
 #include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/discretisation.hpp"
 #include "core/diagnosis/motion_search.hpp"
-#include "core/diagnosis/placement.hpp"
 
 namespace tissued::core {
 
@@ -208,12 +207,12 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
   work.all(
       2,
       [&](std::size_t job) {
-        FitData& data = job == 0 ? result.exact : result.coarse;
-        data.placement = placement_slopes(session.scene, data.paths);
+        place_markers(job == 0 ? result.exact : result.coarse);
         correct_by_quadratic(job == 0 ? result.fast : result.coarse);
       },
       0.02, 0.05, [](std::size_t) { return "where markers sit"; });
   result.fast.placement = result.exact.placement;
+  result.fast.errors = result.exact.errors;
   result.numbers = numbers_candidate();
   result.numbers.fast = fit(result.fast, result.numbers.hypothesis, {}, kFast);
   if (options.refine_mesh) correct_elements(session, work, result);

@@ -10,9 +10,9 @@ INK, SOFT, BLUE, RED = "#1c1c1c", "#d5d5d5", "#2f5d8a", "#a3262a"
 class Axes:
     """x and y: (low, high); logarithmic where `log`."""
 
-    def __init__(self, x, y, log=False, words=("", "")):
-        self.x, self.y, self.log, self.parts = x, y, log, []
-        self._label((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 6, words[0])
+    def __init__(self, x, y, log=False, words=("", ""), width=WIDTH):
+        self.x, self.y, self.log, self.width, self.parts = x, y, log, width, []
+        self._label((LEFT + width - RIGHT) / 2, HEIGHT - 6, words[0])
         self.parts.append(f'<text x="12" y="{(TOP + HEIGHT - BOTTOM) / 2}" text-anchor="middle" transform="rotate(-90 12 {(TOP + HEIGHT - BOTTOM) / 2})">{words[1]}</text>')
 
     def _share(self, value, axis):
@@ -22,7 +22,7 @@ class Axes:
         return min(1.0, max(0.0, (value - low) / (high - low)))
 
     def at(self, x, y):
-        return (LEFT + self._share(x, self.x) * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - self._share(y, self.y) * (HEIGHT - BOTTOM - TOP))
+        return (LEFT + self._share(x, self.x) * (self.width - LEFT - RIGHT), HEIGHT - BOTTOM - self._share(y, self.y) * (HEIGHT - BOTTOM - TOP))
 
     def _label(self, x, y, words, anchor="middle"):
         self.parts.append(f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>')
@@ -34,7 +34,7 @@ class Axes:
             self._label(px, bottom + 15, show(x))
         for y in ys:
             left, py = self.at(self.x[0], y)
-            self.parts.append(f'<path d="M{left:.1f} {py:.1f}H{WIDTH - RIGHT}" stroke="{SOFT}"/>')
+            self.parts.append(f'<path d="M{left:.1f} {py:.1f}H{self.width - RIGHT}" stroke="{SOFT}"/>')
             self._label(left - 5, py + 4, show(y), "end")
 
     def line(self, points, color=INK, dashed=False, width=1.2):
@@ -51,7 +51,7 @@ class Axes:
         self.parts.append(f'<text x="{px + 7:.1f}" y="{py - 5:.1f}" fill="#555">{words}</text>')
 
     def svg(self):
-        return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 {WIDTH} {HEIGHT}" '
+        return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{self.width}" height="{HEIGHT}" viewBox="0 0 {self.width} {HEIGHT}" '
                 f'font-family="system-ui, sans-serif" font-size="11" fill="{INK}">' + "".join(self.parts) + "</svg>")
 
 

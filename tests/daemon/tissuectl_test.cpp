@@ -48,7 +48,7 @@ Endpoint nobody() {
 }  // namespace
 
 TEST_CASE("Help is no error") {
-  for (const char* command : {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate "}) {
+  for (const char* command : {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate ", "diagnose ", "predict "}) {
     const Outcome outcome = run(std::string(command) + "--help");
     CHECK(outcome.code == 0);
     CHECK(outcome.err.empty());
@@ -264,4 +264,27 @@ TEST_CASE("evaluate refuses a folder that it cannot write before it runs") {
   const Outcome outcome = run("evaluate " + bundle + " --out " + file + "/below");
   CHECK(outcome.code == 1);
   CHECK_THAT(outcome.err, Catch::Contains("taken/below") && !Catch::Contains("runs,"));
+}
+
+TEST_CASE("predict writes what a model says of a trial, and what was recorded of it") {
+  const TemporaryFolder folder;
+  const std::string bundle = write_evaluation_bundle(folder).string();
+  const std::string predicted = bundle + "/predicted.csv", recorded = bundle + "/recorded.csv";
+  const Outcome outcome = run("predict " + bundle + " --trial deep --out " + predicted + " --recorded " + recorded);
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  const protocol::Trial truth = protocol::read_nexus_csv(bundle + "/deep.csv");
+  const protocol::Trial seen = protocol::read_nexus_csv(recorded), said = protocol::read_nexus_csv(predicted);
+  REQUIRE(seen.frame_count == truth.frame_count);
+  REQUIRE(said.frame_count == truth.frame_count);
+  const std::size_t in_truth = truth.find_label("M2").value(), in_seen = seen.find_label("M2").value();
+  for (std::size_t f = 0; f < truth.frame_count; ++f) {
+    REQUIRE(seen.is_seen(f, in_seen) == truth.is_seen(f, in_truth));
+    CHECK(said.is_seen(f, said.find_label("M2").value()));
+    for (std::size_t axis = 0; axis < 3 && truth.is_seen(f, in_truth); ++axis)
+      CHECK(seen.position(f, in_seen)[axis] == Approx(truth.position(f, in_truth)[axis]).margin(1e-9));
+  }
+  const Outcome unknown = run("predict " + bundle + " --trial nonesuch --out " + predicted);
+  CHECK(unknown.code == 2);
+  CHECK_THAT(unknown.err, Catch::Contains("--trial") && Catch::Contains("nonesuch"));
 }

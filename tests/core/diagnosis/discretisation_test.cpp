@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/diagnosis/discretisation.hpp"
+#include "core/edge_load.hpp"
 #include "core/refined_mesh.hpp"
 #include "tests/core/test_bodies.hpp"
 
@@ -10,7 +11,7 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
   const Scene scene = testing::box_scene({3, 3, 2, 12.0});
   const Channels channels = channels_of(scene);
   const double depth = 5.0;
-  for (const double share : {0.5, 1.0}) {
+  for (const double share : {0.5, 0.85, 1.0}) {
     std::vector<PadInput> whole(scene.pads.size()), part(scene.pads.size());
     for (const auto& [pads, way] : {std::pair{&whole, depth}, std::pair{&part, share * depth}}) {
       (*pads)[0].kind = PadInput::Kind::pose;
@@ -30,10 +31,26 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
     const int seen_count = 3 * (channels.markers + channels.targets);
     const Eigen::RowVectorXd difference = (seen[1] - seen[0]).head(seen_count);
     CHECK(difference.norm() > 0.01);
-    CHECK((answer.difference(share).head(seen_count) - difference).norm() < 0.2 * difference.norm());
+    CHECK((answer.difference(share).head(seen_count) - difference).norm() < 0.03 * difference.norm());
     const int force = channels.of_force(0);
     CHECK(answer.force_factor(share)[0] ==
-          Approx(seen[1].segment<3>(force).norm() / seen[0].segment<3>(force).norm()).margin(0.003));
+          Approx(seen[1].segment<3>(force).norm() / seen[0].segment<3>(force).norm()).margin(0.001));
     CHECK(answer.force_factor(share)[1] == Approx(1.0));
   }
+}
+
+TEST_CASE("what elements err at rest shrinks with their size", "[diagnosis]") {
+  Scene scene = testing::box_scene({2, 2, 4, 10.0});
+  scene.pads.clear();
+  scene.gravity = {1.0, 0.0, 0.0};
+  const EdgeLoad load{{Vec3(0.0, 0.0, 40.0), Vec3(0.0, 20.0, 40.0)}, {0.01, 0.0, 0.0}, 0.0};
+  const auto coarse = finer_rest(scene, {&load, 1});
+  scene.mesh = refined(scene.mesh).mesh;
+  const auto fine = finer_rest(scene, {&load, 1});
+  REQUIRE(coarse);
+  REQUIRE(fine);
+  CHECK(*coarse > 1e-4);
+  CHECK(*fine < 0.6 * *coarse);
+  scene.mesh = refined(scene.mesh).mesh;
+  CHECK_FALSE(finer_rest(scene, {&load, 1}));  // too many elements
 }

@@ -1,5 +1,6 @@
 #include "core/diagnosis/placement.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -55,6 +56,15 @@ TEST_CASE("what a marker's place does to its motion is taken off, what it does a
   errors.discretisation = RowMatrix::Constant(2, channels.count(), 0.03);
   const double before = moved();
   REQUIRE(before > 1.0);
-  take_off_placement(errors, channels, paths, placement_slopes(stated, paths), trials, residuals);
+  const Placement placement = placement_of(stated, paths, 0.5);
+  take_off_placement(errors, channels, paths, placement.slopes, trials, residuals);
   CHECK(moved() < 0.25 * before);
+  // What is left at the peaks is within what is said.
+  double left = 0.0, said = 0.0;
+  for (std::size_t k = 0; k < trials.size(); ++k) {
+    const auto peak = std::max_element(residuals[k].load.begin(), residuals[k].load.end()) - residuals[k].load.begin();
+    left += (residuals[k].residual.row(peak).head(seen) - offset.head(seen)).squaredNorm();
+    said += placement.doubt.row(static_cast<Eigen::Index>(k)).squaredNorm();
+  }
+  CHECK(left < said);
 }
