@@ -35,11 +35,11 @@ struct PadShape {
 
 struct TrialInfo {
   std::string name;
-  std::filesystem::path file;    // of the recording, with the bundle's folder; whether it exists was not asked
-  bool held_out = false;         // never fitted: for showing that an explanation predicts
-  int held_until_frame = 0;      // from 0; the body is held at rest before it and free after
-  std::optional<int> end_frame;  // from 0, exclusive; none: to the end of the file
-  std::string start;             // shape at the start, e.g. "straight"; empty where nothing is said
+  std::filesystem::path file;         // of the recording, with the bundle's folder; whether it exists was not asked
+  bool held_out = false;              // never fitted: for showing that an explanation predicts
+  int held_until_frame = 0;           // from 0; the body is held at rest before it and free after
+  std::optional<int> end_frame;       // from 0, exclusive; none: to the end of the file
+  std::string start;                  // shape at the start, e.g. "straight"; empty where nothing is said
   std::vector<core::EdgeLoad> loads;  // while the body is free
 };
 

@@ -9,7 +9,7 @@ namespace {
 
 Scene judged_scene(const Model& model) {
   Scene scene = model.scene();
-  if (scene.mesh.tet_count() <= ElementError::kMostRefinedTets) scene.mesh = refined(scene.mesh).mesh;
+  if (scene.mesh.tet_count() <= ElementError::kMostRefinedTets) scene.mesh = refined(scene.mesh);
   return scene;
 }
 

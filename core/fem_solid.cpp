@@ -73,8 +73,8 @@ bool FemSolid::has_derivative(int index) const {
 }
 
 // A rule of few points does not see where in an element a lump ends: there all points have the element's mean,
-// (mean of f^(1/4))^4, between the geometric and the arithmetic one, as the answers of lumps on a finer mesh are. With a
-// negative weight an element whose points differ could be unstable, too.
+// (mean of f^(1/4))^4, between the geometric and the arithmetic one, as the answers of lumps on a finer mesh are. With
+// a negative weight an element whose points differ could be unstable, too.
 void FemSolid::multiply_fields() {
   factors_ = stiffness_;
   if (fields_.empty()) return;

@@ -159,25 +159,21 @@ void split(const Tet& tet, const std::array<int, 6>& m, const TetMesh& mesh, std
 
 }  // namespace
 
-RefinedMesh refined(const TetMesh& mesh) {
+TetMesh refined(const TetMesh& mesh) {
   Middles middles(mesh.node_count());
   std::vector<std::array<int, 6>> of_tet;
   for (const Tet& t : mesh.tets)
     of_tet.push_back({middles.of(t[0], t[1]), middles.of(t[1], t[2]), middles.of(t[2], t[0]), middles.of(t[0], t[3]),
                       middles.of(t[1], t[3]), middles.of(t[2], t[3])});
-  RefinedMesh out;
-  out.mesh.rest.resize(mesh.node_count() + static_cast<Eigen::Index>(middles.all().size()), 3);
-  out.mesh.rest.topRows(mesh.node_count()) = mesh.rest;
-  out.ends.resize(static_cast<std::size_t>(out.mesh.node_count()));
-  for (int i = 0; i < mesh.node_count(); ++i) out.ends[i] = {i, i};
-  for (const auto& [edge, node] : middles.all()) {
-    out.mesh.rest.row(node) = 0.5 * (mesh.rest.row(edge.first) + mesh.rest.row(edge.second));
-    out.ends[node] = {edge.first, edge.second};
-  }
-  for (int t = 0; t < mesh.tet_count(); ++t) split(mesh.tets[t], of_tet[t], out.mesh, out.mesh.tets);
+  TetMesh out;
+  out.rest.resize(mesh.node_count() + static_cast<Eigen::Index>(middles.all().size()), 3);
+  out.rest.topRows(mesh.node_count()) = mesh.rest;
+  for (const auto& [edge, node] : middles.all())
+    out.rest.row(node) = 0.5 * (mesh.rest.row(edge.first) + mesh.rest.row(edge.second));
+  for (int t = 0; t < mesh.tet_count(); ++t) split(mesh.tets[t], of_tet[t], out, out.tets);
   for (const SurfaceGroup& group : mesh.surfaces) {
-    out.mesh.surfaces.push_back({group.name, {}});
-    std::vector<Triangle>& pieces = out.mesh.surfaces.back().triangles;
+    out.surfaces.push_back({group.name, {}});
+    std::vector<Triangle>& pieces = out.surfaces.back().triangles;
     for (const Triangle& t : group.triangles) {
       const int ab = middles.of(t[0], t[1]), bc = middles.of(t[1], t[2]), ca = middles.of(t[2], t[0]);
       pieces.insert(pieces.end(), {{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}});
@@ -185,20 +181,20 @@ RefinedMesh refined(const TetMesh& mesh) {
   }
   // Onto the smooth surface, as far as no tetrahedron suffers.
   const Skin skin(mesh);
-  std::vector<std::vector<int>> tets_of(static_cast<std::size_t>(out.mesh.node_count()));
-  for (int t = 0; t < out.mesh.tet_count(); ++t)
-    for (int node : out.mesh.tets[t]) tets_of[node].push_back(t);
+  std::vector<std::vector<int>> tets_of(static_cast<std::size_t>(out.node_count()));
+  for (int t = 0; t < out.tet_count(); ++t)
+    for (int node : out.tets[t]) tets_of[node].push_back(t);
   for (const auto& [edge, node] : middles.all()) {
     Vec3 place;
     if (!skin.place(edge, place)) continue;
-    const Vec3 straight = out.mesh.node(node);
+    const Vec3 straight = out.node(node);
     std::vector<double> before;
-    for (int t : tets_of[node]) before.push_back(signed_volume(out.mesh, out.mesh.tets[t]));
-    out.mesh.rest.row(node) = place.transpose();
+    for (int t : tets_of[node]) before.push_back(signed_volume(out, out.tets[t]));
+    out.rest.row(node) = place.transpose();
     constexpr double kLeastShare = 0.3;  // of its volume that a tetrahedron must keep
     for (std::size_t k = 0; k < before.size(); ++k) {
-      if (signed_volume(out.mesh, out.mesh.tets[tets_of[node][k]]) > kLeastShare * before[k]) continue;
-      out.mesh.rest.row(node) = straight.transpose();
+      if (signed_volume(out, out.tets[tets_of[node][k]]) > kLeastShare * before[k]) continue;
+      out.rest.row(node) = straight.transpose();
       break;
     }
   }

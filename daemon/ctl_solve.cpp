@@ -213,7 +213,8 @@ int run_solve(SolveArguments arguments) {
   if (arguments.json) {
     std::puts(answer_json(scene, inputs, answer, effects).dump(1).c_str());
   } else {
-    for (const core::EffectSetting& chosen : effects) std::printf("%s\n", chosen.effect->sentence(chosen.values).c_str());
+    for (const core::EffectSetting& chosen : effects)
+      std::printf("%s\n", chosen.effect->sentence(chosen.values).c_str());
     print_answer(scene, inputs, answer);
   }
   if (answer.converged) return kSuccess;

@@ -63,15 +63,17 @@ Grounds grounds_of(const SearchResult& result, double structure) {
   return grounds;
 }
 
+using Weights = std::vector<std::pair<const Candidate*, double>>;
+
 // Candidates that were looked at as closely as the chosen one, and how probable each is of them. An effect has the odds
 // against it that it takes to be accepted: nulls have some advantage, too.
-std::vector<std::pair<const Candidate*, double>> weigh(const SearchResult& result, const Candidate& chosen) {
-  std::vector<std::pair<const Candidate*, double>> weights{{&result.numbers, 0.0}};
+Weights weigh(const SearchResult& result, const Candidate& chosen) {
+  Weights weights{{&result.numbers, 0.0}};
   for (const std::vector<Candidate>& round : result.rounds)
     for (const Candidate& candidate : round)
       if (candidate.best().solved && (result.compares_fast || candidate.exact.solved || !chosen.exact.solved))
-        weights.emplace_back(&candidate, advantage(result, candidate) -
-                                             kAccept * static_cast<double>(candidate.kinds.size()));
+        weights.emplace_back(&candidate,
+                             advantage(result, candidate) - kAccept * static_cast<double>(candidate.kinds.size()));
   double best = 0.0, all = 0.0;
   for (const auto& weight : weights) best = std::max(best, weight.second);
   for (auto& weight : weights) all += weight.second = std::exp((weight.second - best) / kTemperature);
@@ -79,7 +81,7 @@ std::vector<std::pair<const Candidate*, double>> weigh(const SearchResult& resul
   return weights;
 }
 
-double probability_of(const std::string& kind, const std::vector<std::pair<const Candidate*, double>>& weights) {
+double probability_of(const std::string& kind, const Weights& weights) {
   double with = 0.0;
   for (const auto& [candidate, weight] : weights)
     if (std::find(candidate->kinds.begin(), candidate->kinds.end(), kind) != candidate->kinds.end()) with += weight;
@@ -128,8 +130,7 @@ void show_held_out(const RecordedSession& session, const SearchResult& result, c
   }
 }
 
-void name_alternatives(const std::vector<std::pair<const Candidate*, double>>& weights, const Candidate& chosen,
-                       Diagnosis& diagnosis) {
+void name_alternatives(const Weights& weights, const Candidate& chosen, Diagnosis& diagnosis) {
   for (const auto& [candidate, weight] : weights)
     if (candidate != &chosen && weight > kSaid)
       diagnosis.alternatives.push_back({candidate->name(), weight, candidate->best().chi_square});

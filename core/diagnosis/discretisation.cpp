@@ -55,7 +55,7 @@ std::optional<Eigen::RowVectorXd> at_rest(const Scene& scene, std::span<const Ed
 std::optional<double> finer_rest(const Scene& scene, std::span<const EdgeLoad> loads) {
   if (scene.mesh.tet_count() > kMostRefinedTets || scene.markers.empty()) return std::nullopt;
   Scene fine = scene;
-  fine.mesh = refined(scene.mesh).mesh;
+  fine.mesh = refined(scene.mesh);
   const auto own = at_rest(scene, loads), finer = own ? at_rest(fine, loads) : std::nullopt;
   if (!finer) return std::nullopt;
   const auto seen = static_cast<Eigen::Index>(3 * scene.markers.size());
@@ -66,7 +66,7 @@ FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads) {
   constexpr double kUnloaded = 1e-3;  // N
   FinerAnswer answer;
   Scene fine = scene;
-  fine.mesh = refined(scene.mesh).mesh;
+  fine.mesh = refined(scene.mesh);
   const std::optional<RowMatrix> own = along(scene, pads), finer = own ? along(fine, pads) : std::nullopt;
   if (!finer) return answer;
   answer.solved = true;

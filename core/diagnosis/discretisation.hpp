@@ -16,8 +16,12 @@ struct FinerAnswer {
   RowMatrix differs;      // (3 x channels) polynomial of the difference, mm, from its first power on; zero for forces
   RowMatrix force_ratio;  // (3 x pads) polynomial of finer by own, from its constant on
 
-  Eigen::RowVectorXd difference(double share) const { return share * Eigen::RowVector3d(1, share, share * share) * differs; }
-  Eigen::RowVectorXd force_factor(double share) const { return Eigen::RowVector3d(1, share, share * share) * force_ratio; }
+  Eigen::RowVectorXd difference(double share) const {
+    return share * Eigen::RowVector3d(1, share, share * share) * differs;
+  }
+  Eigen::RowVectorXd force_factor(double share) const {
+    return Eigen::RowVector3d(1, share, share * share) * force_ratio;
+  }
 };
 
 // The way from rest to these pads by quadratic elements on scene's mesh and on its refinement. Solved at three parts of

@@ -23,10 +23,7 @@ constexpr double kShareOfSearch = 0.6;  // of the budget: what is found is then 
 void keep_best_start(Candidate& candidate) {
   const Promise& best = candidate.promises.front();
   Values start = candidate.starts[best.start];
-  const Effect& effect = *candidate.hypothesis.effects.back();
-  const std::string name = model_parameter(effect, effect.parameters()[effect.amplitude()]);
-  for (auto& [of, value] : start)
-    if (of == name) value = best.amplitude;
+  set_amplitude(*candidate.hypothesis.effects.back(), best.amplitude, start);
   candidate.starts = {start};
 }
 

@@ -65,7 +65,8 @@ Placement placement_of(const Scene& scene, std::span<const LoadPath> paths, doub
         for (int axis = 0; axis < 3; ++axis) {
           auto slope = placement.slopes[k].middleCols<3>(9 * m + 3 * axis);
           slope = (probe(2 * axis) - probe(2 * axis + 1)) / (2.0 * kStep);
-          // Half the curvature times the offset's square, whose mean is its variance and whose variance twice its square.
+          // Half the curvature times the offset's square, whose mean is its variance and whose variance twice its
+          // square.
           const Eigen::RowVector3d bend = (probe(2 * axis) + probe(2 * axis + 1) - 2.0 * probe(6)).row(peak) /
                                           (2.0 * kStep * kStep) * offset * offset;
           placement.doubt.row(trial).segment<3>(3 * m) +=

@@ -11,9 +11,9 @@
 namespace tissued::core {
 
 struct Placement {
-  // (trials) (keys x 9 markers): of a marker's displacement by its place, columns 9 m + 3 j + i for component i by place
-  // j; by quadratic elements with the scene's numbers. Zero in trials without an equilibrium, and of markers at the edge
-  // of where the scene's checks let them be.
+  // (trials) (keys x 9 markers): of a marker's displacement by its place, columns 9 m + 3 j + i for component i by
+  // place j; by quadratic elements with the scene's numbers. Zero in trials without an equilibrium, and of markers at
+  // the edge of where the scene's checks let them be.
   std::vector<RowMatrix> slopes;
   // (trials x 3 markers) mm, standard deviation at the peak of the load: what such a slope does not tell, because it
   // changes over the offset, and because elements of that size do not know it well.

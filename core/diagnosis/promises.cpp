@@ -67,7 +67,8 @@ std::vector<Promise> promises_of(const FitData& data, const Hypothesis& hypothes
     const double limit = kLargestStep * amplitude.typical;
     const double change = std::clamp(own / stiffness, -limit, limit);
     const double value = amplitude.logarithmic ? columns[i].neutral * std::exp(change) : columns[i].neutral + change;
-    promises.push_back({i, base - own * own / stiffness, own * own / stiffness, std::clamp(value, amplitude.lowest, amplitude.highest)});
+    promises.push_back({i, base - own * own / stiffness, own * own / stiffness,
+                        std::clamp(value, amplitude.lowest, amplitude.highest)});
   }
   return promises;
 }
@@ -144,6 +145,34 @@ double promise_all(const FitData& data, const Candidate& base, std::vector<Candi
     std::stable_sort(candidate.promises.begin(), candidate.promises.end(),
                      [](const Promise& a, const Promise& b) { return a.chi_square < b.chi_square; });
   return best;
+}
+
+double promise_beside(const FitData& exact, const Candidate& base, Candidate& candidate) {
+  Values start;
+  for (const Unknown& unknown : base.exact.unknowns) start.emplace_back(unknown.name, unknown.value);
+  for (const auto& [name, value] : values_of(candidate.fast))
+    if (!base.exact.has(name)) start.emplace_back(name, value);
+  if (!candidate.hypothesis.effects.empty()) {
+    const Effect& effect = *candidate.hypothesis.effects.back();
+    if (const int k = effect.amplitude(); k >= 0)
+      set_amplitude(effect, effect.neutral(exact.session->scene)[static_cast<std::size_t>(k)], start);
+  }
+  Fit at = assess(exact, candidate.hypothesis, start);
+  if (!at.solved) return std::numeric_limits<double>::infinity();
+  const Channels channels = channels_of(exact.session->scene);
+  const ErrorModel errors = raised(exact.errors, channels, normal_equations(exact.errors, pointers_to(at.residuals)));
+  const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
+  const Eigen::VectorXd step = step_of(equations, at.unknowns, 1e-3);
+  const double promise = (equations.gradient + pull_of_prior(at.unknowns)).dot(step);
+  candidate.exact = std::move(at);
+  return promise;
+}
+
+void set_amplitude(const Effect& effect, double amplitude, Values& start) {
+  if (effect.amplitude() < 0) return;
+  const std::string name = model_parameter(effect, effect.parameters()[effect.amplitude()]);
+  for (auto& [of, value] : start)
+    if (of == name) value = amplitude;
 }
 
 }  // namespace tissued::core

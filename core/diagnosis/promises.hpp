@@ -25,4 +25,12 @@ struct Candidate;
 // chi square among them.
 double promise_all(const FitData& data, const Candidate& base, std::vector<Candidate>& added);
 
+// What one linear step from the base's fit by quadratic elements would take off chi square, where this candidate adds
+// its effect at the place that was found for it. Leaves the base's own fit as the candidate's. Infinite without
+// equilibrium.
+double promise_beside(const FitData& exact, const Candidate& base, Candidate& candidate);
+
+// Sets what is linear in an effect's start, where it has such a number.
+void set_amplitude(const Effect& effect, double amplitude, Values& start);
+
 }  // namespace tissued::core

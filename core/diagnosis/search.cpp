@@ -15,7 +15,7 @@ namespace {
 constexpr double kTravel = 3.0, kCoarseTravel = 5.0;  // mm between keys
 constexpr FitControl kFirstLook{4, 10.0}, kFast{16, 3.0}, kExact{12, 0.5};
 constexpr std::size_t kMostFast = 6, kMostExact = 4, kMostPairs = 2, kStartsToFit = 3;
-constexpr double kPromised = 10.0;   // of chi square: with less in one linear step, one look is enough
+constexpr double kPromised = 10.0;                 // of chi square: with less in one linear step, one look is enough
 constexpr double kPromisedBeside = 1.5 * kAccept;  // likewise beside another effect, of the twice kAccept it takes
 constexpr double kNear = 0.3;        // of the largest advantage: candidates with less are not looked at more closely
 constexpr double kPromising = 0.1;   // likewise, after the first look
@@ -33,11 +33,7 @@ void look_at(const FitData& coarse, Candidate& candidate) {
     for (const Promise& promise : candidate.promises) {
       if (starts.size() == most || promise.gain < kNear * candidate.promises.front().gain) break;
       starts.push_back(candidate.starts[promise.start]);
-      const Effect& effect = *candidate.hypothesis.effects.back();
-      if (effect.amplitude() < 0) continue;
-      const std::string name = model_parameter(effect, effect.parameters()[effect.amplitude()]);
-      for (auto& [of, value] : starts.back())
-        if (of == name) value = promise.amplitude;
+      set_amplitude(*candidate.hypothesis.effects.back(), promise.amplitude, starts.back());
     }
   }
   for (const Values& start : starts) {
@@ -48,31 +44,6 @@ void look_at(const FitData& coarse, Candidate& candidate) {
     }
     if (!candidate.fast.solved || tried.log_evidence > candidate.fast.log_evidence) candidate.fast = std::move(tried);
   }
-}
-
-// What one linear step from the base would take off chi square, where this candidate adds its effect at the place that
-// was found for it. Leaves the base's own fit as the candidate's.
-double promise_beside(const FitData& exact, const Candidate& base, Candidate& candidate) {
-  Values start;
-  for (const Unknown& unknown : base.exact.unknowns) start.emplace_back(unknown.name, unknown.value);
-  for (const auto& [name, value] : values_of(candidate.fast))
-    if (!base.exact.has(name)) start.emplace_back(name, value);
-  if (!candidate.hypothesis.effects.empty()) {
-    const Effect& effect = *candidate.hypothesis.effects.back();
-    const std::vector<double> neutral = effect.neutral(exact.session->scene);
-    for (auto& [name, value] : start)
-      if (const int k = effect.amplitude(); k >= 0 && name == model_parameter(effect, effect.parameters()[k]))
-        value = neutral[static_cast<std::size_t>(k)];
-  }
-  Fit at = assess(exact, candidate.hypothesis, start);
-  if (!at.solved) return std::numeric_limits<double>::infinity();
-  const Channels channels = channels_of(exact.session->scene);
-  const ErrorModel errors = raised(exact.errors, channels, normal_equations(exact.errors, pointers_to(at.residuals)));
-  const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
-  const Eigen::VectorXd step = step_of(equations, at.unknowns, 1e-3);
-  const double promise = (equations.gradient + pull_of_prior(at.unknowns)).dot(step);
-  candidate.exact = std::move(at);
-  return promise;
 }
 
 // What plots do not need of the candidates that lost.

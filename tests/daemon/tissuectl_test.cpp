@@ -48,7 +48,8 @@ Endpoint nobody() {
 }  // namespace
 
 TEST_CASE("Help is no error") {
-  for (const char* command : {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate ", "diagnose ", "predict "}) {
+  for (const char* command :
+       {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate ", "diagnose ", "predict "}) {
     const Outcome outcome = run(std::string(command) + "--help");
     CHECK(outcome.code == 0);
     CHECK(outcome.err.empty());

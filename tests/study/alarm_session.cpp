@@ -84,7 +84,7 @@ WatchedBody draw_body(Random& random) {
       body.scene.material.youngs_modulus = random.logarithmic(2.0, 20.0);
       body.scene.material.poissons_ratio = random.uniform(0.41, 0.48);
       body.truth = body.scene;
-      body.truth.mesh = core::refined(body.scene.mesh).mesh;
+      body.truth.mesh = core::refined(body.scene.mesh);
       body.truth.material.youngs_modulus *= random.uniform(0.95, 1.05);
       body.truth.material.poissons_ratio += random.uniform(-0.01, 0.01);
       add_points(random.uniform(0.3, 0.5), random, body.scene, body.truth);

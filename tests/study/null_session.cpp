@@ -98,7 +98,7 @@ std::optional<NullSession> drawn(std::uint64_t seed, Random& random) {
   add_pads(scene, random);
   if (scene.pads.empty()) return std::nullopt;
   Scene truth = scene;
-  truth.mesh = core::refined(scene.mesh).mesh;
+  truth.mesh = core::refined(scene.mesh);
   set_numbers(random, null, truth);
   add_points(null.marker_offset, random, scene, truth);
   const Sight sight = random_sight(scene, random);

@@ -18,7 +18,7 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
       (*pads)[0].center = scene.pads[0].center + way * scene.pads[0].direction;
     }
     Scene fine = scene;
-    fine.mesh = refined(scene.mesh).mesh;
+    fine.mesh = refined(scene.mesh);
     std::array<Eigen::RowVectorXd, 2> seen;
     for (int i = 0; i < 2; ++i) {
       PathSolver solver(i == 0 ? scene : fine, {});
@@ -45,12 +45,12 @@ TEST_CASE("what elements err at rest shrinks with their size", "[diagnosis]") {
   scene.gravity = {1.0, 0.0, 0.0};
   const EdgeLoad load{{Vec3(0.0, 0.0, 40.0), Vec3(0.0, 20.0, 40.0)}, {0.01, 0.0, 0.0}, 0.0};
   const auto coarse = finer_rest(scene, {&load, 1});
-  scene.mesh = refined(scene.mesh).mesh;
+  scene.mesh = refined(scene.mesh);
   const auto fine = finer_rest(scene, {&load, 1});
   REQUIRE(coarse);
   REQUIRE(fine);
   CHECK(*coarse > 1e-4);
   CHECK(*fine < 0.6 * *coarse);
-  scene.mesh = refined(scene.mesh).mesh;
+  scene.mesh = refined(scene.mesh);
   CHECK_FALSE(finer_rest(scene, {&load, 1}));  // too many elements
 }
