@@ -5,17 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "core/rigid_transform.hpp"
 #include "core/types.hpp"
 
 namespace tissued::core {
-
-struct RigidTransform {
-  Mat3 rotation = Mat3::Identity();
-  Vec3 translation = Vec3::Zero();  // mm
-
-  Vec3 operator()(const Vec3& p) const { return rotation * p + translation; }
-  RigidTransform inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
-};
 
 struct Registration {
   RigidTransform tissue_from_tracker;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/mesh.hpp"
+#include "core/probe.hpp"
 #include "core/types.hpp"
 
 namespace tissued::core {
@@ -53,6 +54,7 @@ struct Scene {
   std::string skin_surface = "skin";
   Vec3 gravity = Vec3::Zero();  // multiples of g0
   std::vector<Pad> pads;
+  std::vector<Probe> probes;
   std::vector<Marker> markers;
   std::vector<Target> targets;
   double marker_noise = 0.1;  // mm, standard deviation per axis

@@ -70,10 +70,12 @@ struct SimulatorOptions {
   std::vector<EffectSetting> effects;  // physics beyond the scene's
 };
 
-// One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], markers[i].
+// One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], probes[i],
+// markers[i].
 struct Observation {
   double dt = 0.01;                       // s, measured, since the last step
   std::vector<PadInput> pads;             // (pads)
+  std::vector<ProbeInput> probes;         // (probes)
   std::vector<Vec3> markers;              // (markers) mm, tissue; bias of placement removed (RestCalibration)
   std::vector<std::uint8_t> marker_seen;  // (markers) 0: not seen in this frame
   double marker_age = 0.0;                // s by which the markers are older than the pads
@@ -81,6 +83,7 @@ struct Observation {
 
   void resize_for(const Scene& scene) {
     pads.assign(scene.pads.size(), PadInput{});
+    probes.assign(scene.probes.size(), ProbeInput{});
     markers.assign(scene.markers.size(), Vec3::Zero());
     marker_seen.assign(scene.markers.size(), 0);
   }
