@@ -178,7 +178,10 @@ int run_predict(const PredictArguments& arguments) {
   model.candidate.hypothesis.numbers = false;
   model.offset.setZero(core::channels_of(session.scene).count());
   if (!arguments.model.empty()) model = read_model(arguments.model, session.scene);
-  const core::RowMatrix displacements = core::predict(session.scene, *trial, model.candidate, model.offset);
+  core::RecordedTrial asked = *trial;
+  if (const auto late = model.released.find(trial->name); asked.motion && late != model.released.end())
+    asked.motion->release += late->second;
+  const core::RowMatrix displacements = core::predict(session.scene, asked, model.candidate, model.offset);
   protocol::write_nexus_csv(trial_of(bundle, session.scene, *trial, displacements), arguments.out);
   if (!arguments.recorded.empty())
     protocol::write_nexus_csv(trial_of(bundle, session.scene, *trial, trial->seen), arguments.recorded);

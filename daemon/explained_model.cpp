@@ -21,13 +21,19 @@ json effect_json(const core::Effect& effect, const core::Fit& fit, const core::S
   return {{"kind", effect.kind()}, {"parameters", numbers}};
 }
 
-json faults_json(const core::Fit& fit, const core::Scene& scene) {
-  json faults = json::object();
-  for (const core::Unknown& unknown : fit.unknowns)
-    if (unknown.source == core::Unknown::Source::fault) faults[unknown.name] = unknown.value;
+json faults_json(const core::Diagnosis& diagnosis, const core::Scene& scene) {
+  const core::Fit& fit = diagnosis.explained.best();
+  json faults = json::object(), released = json::object();
+  for (const core::Unknown& unknown : fit.unknowns) {
+    if (unknown.source != core::Unknown::Source::fault) continue;
+    if (unknown.fault >= 0)
+      faults[unknown.name] = unknown.value;
+    else
+      released[diagnosis.courses.at(static_cast<std::size_t>(-1 - unknown.fault)).name] = unknown.value;
+  }
   json markers = json::array();
   for (const core::SlippedMarker& slip : fit.hypothesis.slips) markers.push_back(scene.markers[slip.marker].name);
-  return {{"numbers", faults}, {"slipped", markers}};
+  return {{"numbers", faults}, {"slipped", markers}, {"released", released}};
 }
 
 // Reads with the place in the file in every message.
@@ -127,6 +133,11 @@ class ModelReader {
       fault.fault = static_cast<int>(at - names.begin());
       model.candidate.exact.unknowns.push_back(fault);
     }
+    if (!measurement.contains("released")) return;
+    const json& released = measurement.at("released");
+    if (!released.is_object()) fail("/measurement/released", "is not an object");
+    for (const auto& [trial, value] : released.items())
+      model.released[trial] = number(released, trial, "/measurement/released/" + trial, -1e3, 1e3);
   }
 
   void add_offsets(const json& offsets, ExplainedModel& model) const {
@@ -177,7 +188,7 @@ void write_model(const core::Diagnosis& diagnosis, const core::Scene& scene, con
     offsets[scene.markers[i].name] = {offset[0], offset[1], offset[2]};
   }
   json all{{"format", kFormat},        {"bundle", diagnosis.bundle}, {"verdict", core::name_of(diagnosis.verdict)},
-           {"material", material},     {"effects", effects},         {"measurement", faults_json(fit, scene)},
+           {"material", material},     {"effects", effects},         {"measurement", faults_json(diagnosis, scene)},
            {"marker_offsets", offsets}};
   if (const auto left = left_share(diagnosis)) all["left"] = *left;
   std::ofstream file(path);

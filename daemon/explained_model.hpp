@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <string>
 
 #include "config/daemon_config.hpp"
 #include "core/diagnosis/diagnosis.hpp"
@@ -11,7 +13,8 @@ namespace tissued::daemon {
 /// A model that a diagnosis arrived at, and how far markers sit from where the bundle has them.
 struct ExplainedModel {
   core::Candidate candidate;
-  Eigen::VectorXd offset;  ///< (channels of the scene) mm
+  Eigen::VectorXd offset;                  ///< (channels of the scene) mm
+  std::map<std::string, double> released;  ///< s, by trial that was fitted: later than its recording says
   /// Of the load: what the model leaves at the markers beyond noise, RMS, where it predicts if that was recorded. None:
   /// as much as is supposed of a body that nobody diagnosed.
   std::optional<double> left;

@@ -1,5 +1,7 @@
 #include "core/diagnosis/diagnosis.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -104,8 +106,9 @@ bool has_markers(const std::vector<RecordedTrial>& trials, const Channels& chann
     return trial.seen.leftCols(3 * channels.markers).array().isFinite().any();
   });
 }
+
 void show_held_out(const RecordedSession& session, const SearchResult& result, const Candidate& chosen,
-                   const std::array<Eigen::VectorXd, 3>& offsets, Diagnosis& diagnosis) {
+                   const std::array<Eigen::VectorXd, 3>& offsets, int threads, Diagnosis& diagnosis) {
   const Channels channels = channels_of(session.scene);
   diagnosis.held_out_seen = has_markers(session.held_out, channels);
   if (!diagnosis.held_out_seen) {
@@ -117,10 +120,24 @@ void show_held_out(const RecordedSession& session, const SearchResult& result, c
   assumed.hypothesis.numbers = false;
   ModelResiduals residuals;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(channels.count());
-  for (const RecordedTrial& trial : session.held_out) {
-    residuals.assumed.push_back(trial.seen - predict(session.scene, trial, assumed, none));
-    residuals.parameters.push_back(trial.seen - predict(session.scene, trial, result.numbers, none));
-    residuals.explained.push_back(trial.seen - predict(session.scene, trial, chosen, none));
+  const std::array<const Candidate*, 3> models{&assumed, &result.numbers, &chosen};
+  const std::array<std::vector<RowMatrix>*, 3> of_model{&residuals.assumed, &residuals.parameters,
+                                                        &residuals.explained};
+  const std::size_t trials = session.held_out.size();
+  for (std::vector<RowMatrix>* of : of_model) of->resize(trials);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+  for (std::size_t i = 0; i < models.size() * trials; ++i) {
+    const RecordedTrial& trial = session.held_out[i / models.size()];
+    const std::size_t model = i % models.size();
+    RowMatrix& residual = (*of_model[model])[i / models.size()];
+    try {
+      residual = trial.seen - predict(session.scene, trial, *models[model], none);
+    } catch (const ModelError& error) {
+      residual = RowMatrix::Constant(trial.seen.rows(), trial.seen.cols(), std::numeric_limits<double>::quiet_NaN());
+#pragma omp critical
+      diagnosis.remarks.push_back("The held-out recordings are not compared where " + models[model]->name() +
+                                  " predicts nothing: " + error.what() + ".");
+    }
   }
   Comparison held_out = compare(session.scene, session.held_out, residuals, offsets);
   diagnosis.held_out = held_out.misfits;
@@ -241,7 +258,8 @@ Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options)
   diagnosis.courses = std::move(fitted.courses);
   diagnosis.markers = std::move(fitted.markers);
   if (!result.complete) doubt(diagnosis);
-  show_held_out(session, result, chosen, offsets, diagnosis);
+  show_held_out(session, result, chosen, offsets, options.threads > 0 ? options.threads : omp_get_num_procs(),
+                diagnosis);
   if (!diagnosis.alternatives.empty() && diagnosis.verdict != Verdict::no_mismatch)
     diagnosis.next_experiment = "To tell " + chosen.name() + " from " + diagnosis.alternatives.front().kind + ": " +
                                 std::string(experiment_for(diagnosis.alternatives.front().kind)) + ".";

@@ -16,8 +16,9 @@ namespace {
 constexpr double kLookStep = 2.0 * kFineStep, kLookFor = 2.7;
 constexpr FitControl kLook{4, 5.0}, kExact{6, 1.0};
 constexpr std::size_t kMostRounds = 4, kMostFits = 2;
-constexpr double kWorthwhile = 0.2;     // of chi square: what an explanation of a swing is to take off
-constexpr double kShareOfSearch = 0.6;  // of the budget: what is found is then fitted to all frames
+constexpr double kWorthwhile = 0.2;      // of chi square: what an explanation of a swing is to take off
+constexpr double kShareOfSearch = 0.6;   // of the budget: what is found is then fitted to all frames
+constexpr double kMostAfterwards = 0.3;  // of the budget, for what was held out
 
 // From the best of its starts.
 void keep_best_start(Candidate& candidate) {
@@ -103,6 +104,12 @@ std::vector<Candidate> add_one(const FitData& data, const Candidate& base, const
   return others;
 }
 
+double frames_of(const std::vector<RecordedTrial>& trials) {
+  double frames = 0.0;
+  for (const RecordedTrial& trial : trials) frames += trial.frame_count();
+  return frames;
+}
+
 // What lost needs no derivatives.
 void shed(std::vector<Candidate>& round) {
   for (Candidate& candidate : round)
@@ -133,7 +140,12 @@ SearchResult search_motion(const RecordedSession& session, const SearchOptions& 
   // A model without damping swings on, whatever was seen.
   FitData unsettled = fit_data(session, MotionSteps{kFineStep * period, 1e9, false}, errors, &work.stop);
   unsettled.threads = result.exact.threads;
+  const double before = work.seconds();
   result.assumed = assess(unsettled, nothing);
+  // All three models are then asked for what was held out.
+  constexpr double kModels = 3.0;
+  work.keep(std::min(kModels * (work.seconds() - before) * frames_of(session.held_out) / frames_of(session.trials),
+                     kMostAfterwards * options.budget));
   result.numbers = numbers_candidate();
   result.numbers.hypothesis.releases = static_cast<int>(session.trials.size());
   work.tell(0.1, "the assumed physics' own numbers");

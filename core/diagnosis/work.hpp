@@ -4,6 +4,8 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <mutex>
 #include <thread>
 
@@ -23,10 +25,12 @@ class Work {
 
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
   bool over() {
-    if (seconds() > options_->budget || (options_->interrupted != nullptr && options_->interrupted->load()))
+    if (seconds() > options_->budget - kept_ || (options_->interrupted != nullptr && options_->interrupted->load()))
       stop = true;
     return stop;
   }
+  // Of the budget, for what comes after the search.
+  void keep(double seconds) { kept_ = seconds; }
   int threads() const { return options_->threads > 0 ? options_->threads : omp_get_num_procs(); }
   void tell(double share, const std::string& what) {
     if (!options_->progress) return;
@@ -54,6 +58,7 @@ class Work {
  private:
   const SearchOptions* options_;
   std::chrono::steady_clock::time_point begin_;
+  std::atomic<double> kept_{0.0};
   std::mutex mutex_;
   double share_ = 0.0;
   std::jthread watch_;  // last: ends before what it looks at

@@ -31,7 +31,7 @@ def trajectories(path):
     with open(path) as source:
         rows = source.read().splitlines()
     begin = rows.index("Trajectories")
-    labels = [cell.split(":")[-1] for cell in rows[begin + 2].split(",") if ":" in cell]
+    labels = [cell.split(":")[-1] for cell in rows[begin + 2].split(",")[2:] if cell.strip()]
     out = {label: [] for label in labels}
     for row in rows[begin + 5:]:
         if not row.strip():

@@ -41,6 +41,10 @@ core::Diagnosis sample(const core::Scene& scene) {
   fit.unknowns = {unknown("youngs_modulus", 7.5, Source::body), unknown("viscoelasticity.g1", 0.4, Source::body),
                   unknown("viscoelasticity.tau1", 0.6, Source::body), unknown("latency.seconds", 0.05, Source::fault),
                   unknown("marker-slip." + scene.markers[2].name + ".y", 1.5, Source::fault, 8)};
+  fit.unknowns.push_back(unknown("release.1", 0.004, Source::fault, -2));
+  diagnosis.courses.resize(2);
+  diagnosis.courses[0].name = "gravity";
+  diagnosis.courses[1].name = "load52";
   diagnosis.explained.hypothesis = fit.hypothesis;
   return diagnosis;
 }
@@ -70,6 +74,9 @@ TEST_CASE("a model that was written is read back", "[diagnosis]") {
   for (const core::Unknown& number : fit.unknowns)
     if (number.name.starts_with("marker-slip")) CHECK(number.fault == 8);
   CHECK(model.offset[4] == 0.25);
+  // When a body was let go is of its recording, not of the body.
+  CHECK(model.released == std::map<std::string, double>{{"load52", 0.004}});
+  CHECK(!fit.has("release.1"));
 }
 
 TEST_CASE("a model that is wrong is refused with file, key and reason", "[diagnosis]") {
@@ -97,6 +104,7 @@ TEST_CASE("a model that is wrong is refused with file, key and reason", "[diagno
   CHECK_THAT(message_of("/effects", 3), Contains("/effects"));
   CHECK_THAT(message_of("/measurement/slipped", {"M99"}), Contains("M99"));
   CHECK_THAT(message_of("/measurement/numbers/latency.minutes", 1.0), Contains("latency.minutes"));
+  CHECK_THAT(message_of("/measurement/released/load52", "late"), Contains("/measurement/released/load52"));
   CHECK_THAT(message_of("/material/youngs_modulus", -1.0), Contains("/material/youngs_modulus"));
   CHECK_THAT(message_of("/marker_offsets/" + scene.markers[0].name, {1.0, 2.0}), Contains("marker_offsets"));
   std::ofstream(file.path) << "{";
@@ -135,9 +143,7 @@ TEST_CASE("the filter supposes as much less as a model leaves less", "[diagnosis
   CHECK(configured().slip == usual.slip);  // no course, no load: nothing is known
   diagnosis.noise_marker_mm = 0.3;
   diagnosis.trials.explained.marker_mm = 0.5;  // 0.4 beyond noise
-  core::TrialCourse course;
-  course.load = {0.0, 80.0};  // RMS 80 / sqrt(2)
-  diagnosis.courses = {course};
+  diagnosis.courses[0].load = {0.0, 80.0};  // RMS 80 / sqrt(2)
   const double share = 0.4 / (80.0 / std::sqrt(2.0)) / usual.discrepancy;
   REQUIRE(share < 1.0);
   CHECK(configured().slip == Approx(share * usual.slip));
