@@ -31,10 +31,7 @@ double furthest(std::span<const Vec3> a, std::span<const Vec3> b) {
   return std::sqrt(square);
 }
 
-// Log of the likelihood ratio of variances worse * v0 and v0, of kFreedoms numbers whose mean square is ratio * v0.
-double evidence_of(double ratio, double worse) {
-  return 0.5 * MismatchAlarm::kFreedoms * (ratio * (1.0 - 1.0 / worse) - std::log(worse));
-}
+double evidence_of(double ratio) { return MismatchAlarm::kSlope * (ratio - 1.0); }
 
 }  // namespace
 
@@ -57,7 +54,7 @@ void MismatchAlarm::reset() {
   forget_window();
   for (auto* places : {&drawn_at_, &drawn_misfit_}) std::fill(places->begin(), places->end(), Vec3::Zero());
   noise_variance_ = stated_variance_;
-  drawn_pad_travel_ = sum_ = ratio_ = 0.0;
+  drawn_pad_travel_ = sum_ = evidence_ = ratio_ = 0.0;
   draws_ = 0;
   report_ = MismatchReport{};
 }
@@ -90,10 +87,9 @@ double MismatchAlarm::see(const MismatchFrame& frame) {
   const double ratio = misfit_ratio(v0);
   double evidence = 0.0;
   if (travel_ >= kFresh || (resting_ >= kRest && travel_ >= kLeastTravel)) {
-    const double worse = 1.0 + (kWorse - 1.0) * model / v0;
-    evidence = std::min(1.0, travel_ / kFresh) * evidence_of(ratio, worse);
+    evidence = std::min(1.0, travel_ / kFresh) * model / v0 * evidence_of(ratio);
   } else if (resting_ >= kRest && drift() > kDrift * std::sqrt(v0 - model + kSteadiness * kSteadiness * model)) {
-    evidence = evidence_of(ratio, kWorse);
+    evidence = evidence_of(ratio);
   } else {
     return 0.0;
   }
@@ -195,8 +191,9 @@ double MismatchAlarm::drift() const {
 
 void MismatchAlarm::take_draw(double evidence) {
   ++draws_;
+  evidence_ = std::min(evidence, kMostOfDraw * kThreshold);
   std::copy(mean_.begin(), mean_.end(), drawn_misfit_.begin());
-  sum_ = std::clamp(sum_ + std::min(evidence, kMostOfDraw * kThreshold), 0.0, kHighest * kThreshold);
+  sum_ = std::clamp(sum_ + evidence_, 0.0, kHighest * kThreshold);
   report_.level = sum_ / kThreshold;
   report_.raised = report_.raised ? report_.level > kCleared : report_.level >= 1.0;
 }

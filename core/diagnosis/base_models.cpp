@@ -130,19 +130,25 @@ void place_markers(FitData& data) {
   known = (known.array().square() + placement.doubt.array().square()).sqrt().matrix();
 }
 
-double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact) {
+double correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact) {
+  const RecordedSession& session = *exact.session;
   const Channels channels = channels_of(session.scene);
+  constexpr double kUnknown = 2.0;
   std::vector<FinerAnswer> answers(exact.paths.size());
   work.all(
       exact.paths.size(),
       [&](std::size_t k) {
+        if (work.share_of_budget() > most_of_budget) return;
         const LoadPath& path = exact.paths[k];
-        answers[k] = finer_answer(scene, path.keys()[path.key_at_peak()].pads);
+        answers[k] = finer_answer(session.scene, at, path.keys()[path.key_at_peak()].pads);
       },
       0.1, 0.2, [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
   double square = 0.0, count = 0.0;
   for (std::size_t k = 0; k < exact.paths.size(); ++k) {
-    if (!answers[k].solved) continue;
+    if (!answers[k].solved) {
+      exact.errors.discretisation.row(static_cast<Eigen::Index>(k)) *= kUnknown;
+      continue;
+    }
     const LoadPath& path = exact.paths[k];
     for (std::size_t i = 0; i < path.keys().size(); ++i) {
       const double share = path.keys()[i].load / path.peak_load();
@@ -181,9 +187,7 @@ void rebase(const FitData& exact, const Fit& at, FitData& fast) {
   const RecordedSession& session = *fast.session;
   const Channels channels = channels_of(session.scene);
   PathSolver linear(session.scene, at.hypothesis.effects, FemElement::p1);
-  for (const auto& [name, value] : at.hypothesis.fixed) linear.set_parameter(name, value);
-  for (const Unknown& unknown : at.unknowns)
-    if (unknown.source == Unknown::Source::body) linear.set_parameter(unknown.name, unknown.value);
+  set_numbers(at.hypothesis, at.unknowns, linear);
   const double share = at.unknowns.back().value;
   for (std::size_t k = 0; k < fast.paths.size(); ++k) {
     PathAnswer by_linear;

@@ -20,9 +20,9 @@ FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const
 // What markers do that sit elsewhere than the scene has them, and how little is known of that.
 void place_markers(FitData& data);
 
-// What finer elements answer on the way to the peak of each trial, into `exact`; scene: the session's, but for its
-// numbers. Returns what markers differ by, mm RMS.
-double correct_by_finer(const RecordedSession& session, const Scene& scene, Work& work, FitData& exact);
+// What finer elements answer on the way to the peak of each trial, into `exact`, of the body as a fit has it. Trials
+// that the time does not suffice for are known less well. Returns what markers differ by, mm RMS.
+double correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact);
 
 // Makes the answers of linear elements those of quadratic ones where nothing is left out.
 void correct_by_quadratic(FitData& fast);

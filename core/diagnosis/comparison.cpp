@@ -111,9 +111,7 @@ Comparison compare(const Scene& scene, const std::vector<RecordedTrial>& trials,
 RowMatrix predict(const Scene& scene, const RecordedTrial& trial, const Candidate& model,
                   const Eigen::VectorXd& offset) {
   PathSolver solver(scene, model.hypothesis.effects);
-  for (const auto& [name, value] : model.hypothesis.fixed) solver.set_parameter(name, value);
-  for (const Unknown& unknown : model.best().unknowns)
-    if (unknown.source == Unknown::Source::body) solver.set_parameter(unknown.name, unknown.value);
+  set_numbers(model.hypothesis, model.best().unknowns, solver);
   const MeasurementFaults faults = faults_of(model.hypothesis, model.best().unknowns);
   const LoadPath path = path_of(trial, scene);
   PathAnswer answer;

@@ -28,8 +28,9 @@ std::vector<PadInput> part_of(const Scene& scene, std::span<const PadInput> pads
 }
 
 // (shares x channels); nothing where there is no equilibrium.
-std::optional<RowMatrix> along(const Scene& scene, std::span<const PadInput> pads) {
-  PathSolver solver(scene, {});
+std::optional<RowMatrix> along(const Scene& scene, const Fit& at, std::span<const PadInput> pads) {
+  PathSolver solver(scene, at.hypothesis.effects);
+  set_numbers(at.hypothesis, at.unknowns, solver);
   FemState state = rest_state(solver.model());
   RowMatrix values(static_cast<Eigen::Index>(kShares.size()), channels_of(scene).count());
   for (std::size_t i = 0; i < kShares.size(); ++i) {
@@ -62,12 +63,12 @@ std::optional<double> finer_rest(const Scene& scene, std::span<const EdgeLoad> l
   return std::sqrt((*finer - *own).head(seen).squaredNorm() / static_cast<double>(seen));
 }
 
-FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads) {
+FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads) {
   constexpr double kUnloaded = 1e-3;  // N
   FinerAnswer answer;
   Scene fine = scene;
   fine.mesh = refined(scene.mesh);
-  const std::optional<RowMatrix> own = along(scene, pads), finer = own ? along(fine, pads) : std::nullopt;
+  const std::optional<RowMatrix> own = along(scene, at, pads), finer = own ? along(fine, at, pads) : std::nullopt;
   if (!finer) return answer;
   answer.solved = true;
   const Channels channels = channels_of(scene);

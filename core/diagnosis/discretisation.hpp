@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "core/diagnosis/path_solver.hpp"
+#include "core/diagnosis/fit.hpp"
 
 namespace tissued::core {
 
@@ -24,9 +24,9 @@ struct FinerAnswer {
   }
 };
 
-// The way from rest to these pads by quadratic elements on scene's mesh and on its refinement. Solved at three parts of
-// it.
-FinerAnswer finer_answer(const Scene& scene, std::span<const PadInput> pads);
+// The way from rest to these pads by quadratic elements on scene's mesh and on its refinement, of the body as a fit has
+// it, too fast for it to relax. Solved at three parts of the way.
+FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads);
 
 // mm RMS per axis, of markers: what finer elements say otherwise of where the body comes to rest under its weight and
 // these loads. Nothing where there are too many elements, or no equilibrium.

@@ -112,8 +112,7 @@ MismatchMap disturbance_map(const FitData& data, const Fit& fit) {
   const Channels channels = channels_of(scene);
   if (data.session->is_dynamic()) return {};
   PathSolver solver(scene, {});
-  for (const Unknown& unknown : fit.unknowns)
-    if (unknown.source == Unknown::Source::body) solver.set_parameter(unknown.name, unknown.value);
+  set_numbers(fit.hypothesis, fit.unknowns, solver);
   const Nuisances known = nuisances(data.errors, pointers_to(fit.residuals));
   const auto pressure = pressures(scene.mesh);
   std::vector<double> gain(static_cast<std::size_t>(scene.mesh.node_count()), 0.0);

@@ -86,6 +86,12 @@ std::vector<double> effect_values(const Effect& effect, const Fit& fit, const Sc
   return values;
 }
 
+void set_numbers(const Hypothesis& hypothesis, const std::vector<Unknown>& unknowns, PathSolver& solver) {
+  for (const auto& [name, value] : hypothesis.fixed) solver.set_parameter(name, value);
+  for (const Unknown& unknown : unknowns)
+    if (unknown.source == Unknown::Source::body) solver.set_parameter(unknown.name, unknown.value);
+}
+
 Fit assess(const FitData& data, const Hypothesis& hypothesis, const Values& values) {
   Fit fit = begun(data, hypothesis, values);
   Evaluator evaluator(data, fit.hypothesis);

@@ -58,6 +58,9 @@ struct FitControl {
   double worthwhile = 0.3;  // of chi square: what a further step must promise
 };
 
+// The body's numbers of a fit, those that were not fitted among them. The solver has its effects.
+void set_numbers(const Hypothesis& hypothesis, const std::vector<Unknown>& unknowns, PathSolver& solver);
+
 // start: unknowns of these names begin at these values (a scan's, or another fit's), beside the neutral ones.
 Fit fit(const FitData& data, const Hypothesis& hypothesis, const Values& start, const FitControl& control);
 

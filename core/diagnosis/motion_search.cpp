@@ -110,6 +110,25 @@ double frames_of(const std::vector<RecordedTrial>& trials) {
   return frames;
 }
 
+// What relaxes may do so at two rates: creep takes seconds, what damps a swing relaxes within it.
+void relax_further(const FitData& exact, Candidate& found) {
+  constexpr double kApart = 6.0, kShare = 0.1;
+  if (std::find(found.kinds.begin(), found.kinds.end(), "viscoelasticity") == found.kinds.end()) return;
+  Hypothesis further = found.hypothesis;
+  std::erase_if(further.fixed, [](const auto& number) {
+    return number.first == "viscoelasticity.g2" || number.first == "viscoelasticity.tau2";
+  });
+  Values start = values_of(found.exact);
+  start.emplace_back("viscoelasticity.g2", kShare);
+  start.emplace_back("viscoelasticity.tau2", found.exact.value("viscoelasticity.tau1") / kApart);
+  Fit fitted = fit(exact, further, start, kExact);
+  if (!fitted.solved || fitted.log_evidence < found.exact.log_evidence + kAccept ||
+      fitted.chi_square > (1.0 - kWorthwhile) * found.exact.chi_square)
+    return;
+  found.hypothesis = further;
+  found.exact = std::move(fitted);
+}
+
 // What lost needs no derivatives.
 void shed(std::vector<Candidate>& round) {
   for (Candidate& candidate : round)
@@ -167,6 +186,8 @@ SearchResult search_motion(const RecordedSession& session, const SearchOptions& 
   if (!chosen.kinds.empty()) {
     Candidate& found = result.rounds[chosen.kinds.size() - 1].front();
     found.exact = fit(result.exact, found.hypothesis, values_of(found.fast), kExact);
+    work.tell(0.8, "relaxation at two rates");
+    if (found.exact.solved && !work.over()) relax_further(result.exact, found);
   }
   work.tell(0.9, "the assumed physics' own numbers");
   result.numbers.exact =

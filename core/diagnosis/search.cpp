@@ -1,8 +1,10 @@
 #include "core/diagnosis/search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/discretisation.hpp"
@@ -150,13 +152,12 @@ bool nearly_explains(const FitData& data, const Fit& numbers) {
 // The elements' own error, by finer ones: where the numbers are if these may explain all that is seen, else where they
 // are assumed to be. What elements err depends on Poisson's ratio more than on anything else.
 void correct_elements(const RecordedSession& session, Work& work, SearchResult& result) {
+  constexpr double kMostOfBudget = 0.25;
   if (session.scene.mesh.tet_count() > kMostRefinedTets) return;
-  Scene scene = session.scene;
-  if (const Fit& numbers = result.numbers.fast; nearly_explains(result.fast, numbers)) {
-    scene.material.youngs_modulus = numbers.value("youngs_modulus");
-    scene.material.poissons_ratio = numbers.value("poissons_ratio");
-  }
-  result.discretisation_mm = correct_by_finer(session, scene, work, result.exact);
+  const Fit& numbers = result.numbers.fast;
+  result.discretisation_mm =
+      correct_by_finer(nearly_explains(result.fast, numbers) ? numbers : Fit(), work, kMostOfBudget, result.exact);
+  result.fast.errors = result.exact.errors;
 }
 
 // Candidates are compared by linear elements first: those are to answer as quadratic ones do where numbers are.
@@ -197,16 +198,15 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
           result.numbers.exact = fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExact);
       },
       0.2, 0.25, [](std::size_t) { return "the assumed physics"; });
-  shed(result.assumed);
-  if (nearly_explains(result.exact, result.numbers.exact)) rebase_on_numbers(work, result);
-  if (result.numbers.best().solved) return;
-  // Interrupted before any number was known: what is said is said of the assumed physics.
-  if (!result.assumed.solved) {
+  // Stopped that early, all else is judged by the assumed physics, at least.
+  if (!result.assumed.solved && work.over()) {
     FitData unhurried = result.exact;
     unhurried.stop = nullptr;
     result.assumed = assess(unhurried, nothing);
-    shed(result.assumed);
   }
+  shed(result.assumed);
+  if (nearly_explains(result.exact, result.numbers.exact)) rebase_on_numbers(work, result);
+  if (result.numbers.best().solved) return;
   result.numbers.hypothesis = nothing;
   result.numbers.exact = result.assumed;
 }
@@ -234,6 +234,30 @@ void find_second(Work& work, SearchResult& result) {
   result.rounds.push_back(std::move(pairs));
 }
 
+// Elements err differently beside the first explanation than where they were judged: where a second one would be said,
+// that must not be what it explains.
+void judge_second(const SearchOptions& options, Work& work, SearchResult& result) {
+  constexpr double kMostOfBudget = 0.85;
+  Candidate &first = result.rounds[0].front(), &second = result.rounds[1].front();
+  if (!options.refine_mesh || result.exact.session->scene.mesh.tet_count() > kMostRefinedTets) return;
+  if (!second.exact.solved || gain(result, second, first) < kAccept || work.over()) return;
+  FitData data = result.exact;
+  const double discretisation = correct_by_finer(first.exact, work, kMostOfBudget, data);
+  const int threads = std::exchange(data.threads, work.threads());
+  std::array<Fit, 2> again;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Candidate& candidate = i == 0 ? first : second;
+    again[i] = fit(data, candidate.hypothesis, values_of(candidate.exact), kExact);
+    shed(again[i]);
+  }
+  if (work.over() || !again[0].solved || !again[1].solved) return;
+  first.exact = std::move(again[0]);
+  second.exact = std::move(again[1]);
+  data.threads = threads;
+  result.exact = std::move(data);
+  result.discretisation_mm = discretisation;
+}
+
 }  // namespace
 
 SearchResult search(const RecordedSession& session, const SearchOptions& options) {
@@ -255,7 +279,10 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
     const bool has_first =
         !singles.empty() && singles.front().exact.solved && advantage(result, singles.front()) >= kAccept;
     result.rounds.push_back(std::move(singles));
-    if (has_first && !work.over()) find_second(work, result);
+    if (has_first && !work.over()) {
+      find_second(work, result);
+      if (!result.rounds[1].empty()) judge_second(options, work, result);
+    }
   }
   result.complete = !work.stop;
   for (FitData* data : {&result.coarse, &result.fast, &result.exact}) data->stop = nullptr;  // it was this search's

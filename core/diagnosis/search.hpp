@@ -10,7 +10,7 @@ namespace tissued::core {
 
 struct SearchOptions {
   int threads = 0;          // 0: as many as there are processors
-  double budget = 150.0;    // s; what is not done by then is left out, and said
+  double budget = 240.0;    // s; what is not done by then is left out, and said
   bool refine_mesh = true;  // judge the elements by finer ones
   // share of the work done, 0 to 1, and what is being done; called from one thread at a time
   std::function<void(double, const std::string&)> progress;

@@ -52,7 +52,7 @@ std::vector<Unknown> unknowns_of(const Hypothesis& hypothesis, const Scene& scen
       const std::string name = model_parameter(*effect, p);
       const bool is_fixed = std::any_of(hypothesis.fixed.begin(), hypothesis.fixed.end(),
                                         [&name](const auto& fixed) { return fixed.first == name; });
-      if (p.fixed || is_fixed) continue;
+      if (is_fixed) continue;
       Unknown unknown = body_unknown(name, p.unit, neutral[k], p.lowest, p.highest, p.logarithmic, p.typical);
       if (is_place(p.name) && p.unit == "mm") {
         // Inside of the body, as likely here as there.

@@ -24,6 +24,7 @@ class Work {
   }
 
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  double share_of_budget() const { return seconds() / options_->budget; }
   bool over() {
     if (seconds() > options_->budget - kept_ || (options_->interrupted != nullptr && options_->interrupted->load()))
       stop = true;

@@ -143,7 +143,7 @@ TEST_CASE("the filter supposes as much less as a model leaves less", "[diagnosis
   CHECK(configured().slip == usual.slip);  // no course, no load: nothing is known
   diagnosis.noise_marker_mm = 0.3;
   diagnosis.trials.explained.marker_mm = 0.5;  // 0.4 beyond noise
-  diagnosis.courses[0].load = {0.0, 80.0};  // RMS 80 / sqrt(2)
+  diagnosis.courses[0].load = {0.0, 80.0};     // RMS 80 / sqrt(2)
   const double share = 0.4 / (80.0 / std::sqrt(2.0)) / usual.discrepancy;
   REQUIRE(share < 1.0);
   CHECK(configured().slip == Approx(share * usual.slip));

@@ -42,7 +42,8 @@ struct AlarmRun {
   double first_raised = -1.0;       // s; -1: never
   std::optional<core::Vec3> place;  // mm, tissue, when first raised
   double highest_level = 0.0;
-  std::vector<double> ratios, misfits, loads, elements;  // of every draw: see core::MismatchAlarm; the misfit in mm
+  std::vector<double> evidences, ratios, misfits, loads,
+      elements;  // of every draw: see core::MismatchAlarm; the misfit in mm
 };
 
 // A daemon without sockets.

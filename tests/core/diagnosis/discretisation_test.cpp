@@ -26,7 +26,7 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
       REQUIRE(solve_static(solver.equilibrium(), state, {part, nullptr}, FemControl{1e-5, 30, 2.0, 0.01}).converged);
       seen[i] = solver.observe(state, part);
     }
-    const FinerAnswer answer = finer_answer(scene, whole);
+    const FinerAnswer answer = finer_answer(scene, {}, whole);
     REQUIRE(answer.solved);
     const int seen_count = 3 * (channels.markers + channels.targets);
     const Eigen::RowVectorXd difference = (seen[1] - seen[0]).head(seen_count);
