@@ -1,4 +1,6 @@
-// A body of particles: everything about `pbd` that does not change while it runs.
+// A body of particles: everything about `pbd` that does not change while it runs. Particles within half a spacing of
+// the fixed surface are held; those within a spacing of a pad's facets, and not held, go with the pad's pose or share
+// its force.
 #pragma once
 
 #include <vector>
