@@ -1,7 +1,6 @@
 #include "core/particle_clusters.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "core/polar_rotation.hpp"
@@ -77,8 +76,8 @@ ClusterState::ClusterState(const ParticleClusters& clusters)
 
 void ClusterState::reset() { std::fill(rotation.begin(), rotation.end(), Eigen::Quaterniond::Identity()); }
 
-double match_shapes(const ParticleClusters& clusters, double alpha, std::span<const double> mobility, NodeField& x,
-                    ClusterState& state) {
+void match_shapes(const ParticleClusters& clusters, double alpha, std::span<const double> mobility, NodeField& x,
+                  ClusterState& state) {
   using Eigen::Vector4d;
   state.goal.setZero();
   for (int c = 0; c < clusters.count(); ++c) {
@@ -103,14 +102,10 @@ double match_shapes(const ParticleClusters& clusters, double alpha, std::span<co
           (mean + arm[0] * columns[0] + arm[1] * columns[1] + arm[2] * columns[2]).transpose();
     }
   }
-  double largest = 0.0;
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     const Vector4d goal = clusters.share[i] * state.goal.row(i).transpose();
-    const Vector4d move = alpha * mobility[i] * (goal - x.row(i).transpose());
-    x.row(i) += move.transpose();
-    largest = std::max(largest, move.squaredNorm());
+    x.row(i) += alpha * mobility[i] * (goal.transpose() - x.row(i));
   }
-  return std::sqrt(largest);
 }
 
 }  // namespace tissued::core

@@ -38,8 +38,8 @@ struct ClusterState {
 
 // One iteration: rotates and shifts the rest shape of every cluster onto its particles with least squares, (4),
 // averages the goals of a particle over its clusters and moves it by alpha (g_i - p_i), (5). mobility: (particles) 0
-// where a particle is held, else 1. x: (particles x 4) mm. Returns the largest move, mm.
-double match_shapes(const ParticleClusters& clusters, double alpha, std::span<const double> mobility, NodeField& x,
-                    ClusterState& state);
+// where a particle is held, else 1. x: (particles x 4) mm.
+void match_shapes(const ParticleClusters& clusters, double alpha, std::span<const double> mobility, NodeField& x,
+                  ClusterState& state);
 
 }  // namespace tissued::core

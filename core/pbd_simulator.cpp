@@ -40,6 +40,7 @@ PbdSimulator::PbdSimulator(const Scene& scene, const SimulatorOptions& options)
       state_(model_),
       time_step_(options.solver.time_step),
       last_finite_(model_.rest),
+      before_(model_.rest),
       start_(model_.rest),
       mobility_(model_.mobility),
       pad_of_(mobility_.size(), -1),
@@ -138,7 +139,11 @@ void PbdSimulator::substep(const Observation& observation, double share, StepRep
   move_pads(observation.pads, share);
   move_probes(observation.probes, share);
   if (self_collision_) self_collision_->find(state_.x);
-  for (int k = 0; k < model_.options.iterations; ++k) report.dual_residual = iterate();
+  for (int k = 0; k < model_.options.iterations; ++k) {
+    before_ = state_.x;
+    iterate();
+  }
+  report.dual_residual = (state_.x - before_).rowwise().norm().maxCoeff();
   report.iterations += model_.options.iterations;
   state_.v = (state_.x - start_) / model_.options.substep();
 }
@@ -186,13 +191,12 @@ void PbdSimulator::move_probes(std::span<const ProbeInput> probes, double share)
   }
 }
 
-// Gauss-Seidel over the kinds of constraints; contact with probes has the last word. Returns the largest move, mm.
-double PbdSimulator::iterate() {
-  double move = match_shapes(model_.clusters, model_.options.cluster_stiffness, mobility_, state_.x, state_.clusters);
-  if (self_collision_) move = std::max(move, self_collision_->resolve(mobility_, start_, state_.x));
+// Gauss-Seidel over the kinds of constraints; contact with probes has the last word.
+void PbdSimulator::iterate() {
+  match_shapes(model_.clusters, model_.options.cluster_stiffness, mobility_, state_.x, state_.clusters);
+  if (self_collision_) self_collision_->resolve(mobility_, start_, state_.x);
   for (std::size_t i = 0; i < contacts_.size(); ++i)
-    if (state_.probes[i].seen) move = std::max(move, contacts_[i].resolve(probe_motions_[i], start_, state_.x));
-  return move;
+    if (state_.probes[i].seen) contacts_[i].resolve(probe_motions_[i], start_, state_.x);
 }
 
 bool PbdSimulator::state_is_finite() const { return state_.x.allFinite() && state_.v.allFinite(); }

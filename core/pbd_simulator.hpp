@@ -50,7 +50,7 @@ class PbdSimulator final : public Simulator {
   void predict(std::span<const PadInput> pads);
   void move_pads(std::span<const PadInput> pads, double share);
   void move_probes(std::span<const ProbeInput> probes, double share);
-  double iterate();
+  void iterate();
   void settle();
   bool state_is_finite() const;
   void hold_last_finite();
@@ -61,6 +61,7 @@ class PbdSimulator final : public Simulator {
   double time_step_;
   NodeField hanging_;                       // (particles x 4) mm, under the body's own weight
   NodeField last_finite_;                   // (particles x 4) mm
+  NodeField before_;                        // (particles x 4) mm, when the substep's last iteration began
   NodeField start_;                         // (particles x 4) mm, when the substep began
   std::vector<double> mobility_;            // (particles) 0 where held now, else 1
   std::vector<int> pad_of_;                 // (particles) the pad that holds it, or -1

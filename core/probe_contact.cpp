@@ -1,7 +1,6 @@
 #include "core/probe_contact.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 
 namespace tissued::core {
 
@@ -31,9 +30,8 @@ void ProbeContact::find(const ProbeMotion& motion, std::span<const double> mobil
   }
 }
 
-double ProbeContact::resolve(const ProbeMotion& motion, const NodeField& start, NodeField& x) const {
+void ProbeContact::resolve(const ProbeMotion& motion, const NodeField& start, NodeField& x) const {
   const RigidTransform probe_T_tissue = motion.end.inverse(), carried = motion.end * motion.begin.inverse();
-  double largest = 0.0;
   for (int i : found_) {
     const Vec3 p = x.row(i).head<3>().transpose();
     const SignedDistance outside = signed_distance(shape_, probe_T_tissue(p));
@@ -44,10 +42,8 @@ double ProbeContact::resolve(const ProbeMotion& motion, const NodeField& start, 
     // From where the probe would have taken it along to.
     const Vec3 moved = pushed - carried(start.row(i).head<3>().transpose());
     const Vec3 corrected = pushed - held_back(moved - normal.dot(moved) * normal, friction_ * push);
-    largest = std::max(largest, (corrected - p).norm());
     x.row(i).head<3>() = corrected.transpose();
   }
-  return largest;
 }
 
 RigidTransform interpolate(const RigidTransform& from, const RigidTransform& to, double share) {

@@ -25,8 +25,7 @@ class ProbeContact {
   // Pushes what was found out of the probe along its normal, and takes back as much of the slide against the probe's
   // own motion since the substep began as Coulomb's cone allows: friction times the push (Macklin et al., Unified
   // Particle Physics for Real-Time Applications, 2014, section 6.1). start: (particles x 4) mm, when the substep began.
-  // Returns the largest move, mm.
-  double resolve(const ProbeMotion& motion, const NodeField& start, NodeField& x) const;
+  void resolve(const ProbeMotion& motion, const NodeField& start, NodeField& x) const;
 
  private:
   ProbeShape shape_;

@@ -69,8 +69,7 @@ void SelfCollision::pair_with_cell(const NodeField& x, int one, const Cell& cell
   }
 }
 
-double SelfCollision::resolve(std::span<const double> mobility, const NodeField& start, NodeField& x) const {
-  double largest = 0.0;
+void SelfCollision::resolve(std::span<const double> mobility, const NodeField& start, NodeField& x) const {
   for (const Pair& pair : pairs_) {
     const double weight = mobility[pair.one] + mobility[pair.other];
     const Eigen::RowVector4d between = x.row(pair.one) - x.row(pair.other);
@@ -84,9 +83,7 @@ double SelfCollision::resolve(std::span<const double> mobility, const NodeField&
     const Eigen::RowVector4d apart = push * normal - slide * (length > limit ? limit / length : 1.0);
     x.row(pair.one) += mobility[pair.one] / weight * apart;
     x.row(pair.other) -= mobility[pair.other] / weight * apart;
-    largest = std::max(largest, apart.norm());
   }
-  return largest;
 }
 
 }  // namespace tissued::core

@@ -20,8 +20,8 @@ class SelfCollision {
   void find(const NodeField& x);
   // Pushes the two of a pair apart along the line between them, by equal parts where both are free, and takes back
   // their slide since the substep began up to friction times the push. start: (particles x 4) mm, when the substep
-  // began. mobility: (particles) 0 where a particle is held, else 1. Returns the largest move, mm.
-  double resolve(std::span<const double> mobility, const NodeField& start, NodeField& x) const;
+  // began. mobility: (particles) 0 where a particle is held, else 1.
+  void resolve(std::span<const double> mobility, const NodeField& start, NodeField& x) const;
 
  private:
   using Cell = std::array<int, 3>;

@@ -109,8 +109,8 @@ class CalibrationProgress {
 
 SearchResult search(const CalibrateArguments& a, const std::vector<VariedKey>& keys, const SearchPoint& start,
                     const Calibration& calibration, EvaluationTrace& trace) {
-  const auto planned =
-      static_cast<std::size_t>(start.empty() ? a.global.population * (a.global.generations + 1) : a.evaluations + 1);
+  const auto planned = static_cast<std::size_t>(start.empty() ? a.global.population * (a.global.generations + 1)
+                                                              : a.evaluations + 2 * static_cast<int>(keys.size()));
   CalibrationProgress progress(planned, calibration.distances());
   const SearchObjective ask = [&](const std::vector<SearchPoint>& points) {
     const std::size_t before = trace.count();

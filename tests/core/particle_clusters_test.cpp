@@ -119,7 +119,7 @@ TEST_CASE("a rigid motion is a shape that matches", "[pbd]") {
   NodeField x = rest_of(lattice);
   for (int i = 0; i < lattice.count(); ++i) x.row(i).head<3>() = (turn * lattice.rest(i) + shift).transpose();
   const NodeField before = x;
-  CHECK(match_shapes(clusters, 1.0, free, x, state) < 1e-6);
+  match_shapes(clusters, 1.0, free, x, state);
   CHECK((x - before).cwiseAbs().maxCoeff() < 1e-6);
 }
 
@@ -135,8 +135,8 @@ TEST_CASE("shape matching is equations 4 and 5, solved by singular values", "[pb
   for (int iteration = 0; iteration < 5; ++iteration) {
     NodeField twin = matched(lattice, clusters, 0.46489, x);
     twin.row(5) = x.row(5);
-    const double largest = (twin - x).rowwise().norm().maxCoeff();
-    CHECK(match_shapes(clusters, 0.46489, mobility, x, state) == Approx(largest));
+    REQUIRE((twin - x).rowwise().norm().maxCoeff() > 0.01);
+    match_shapes(clusters, 0.46489, mobility, x, state);
     CHECK((x - twin).cwiseAbs().maxCoeff() < 1e-6);
   }
 }
@@ -150,7 +150,8 @@ TEST_CASE("shape matching conserves momentum, linear and angular", "[pbd]") {
   NodeField x = rest_of(lattice);
   for (int i = 0; i < lattice.count(); ++i) x.row(i).head<3>() += random_vector(generator).transpose();
   const NodeField before = x;
-  REQUIRE(match_shapes(clusters, 0.46489, free, x, state) > 0.1);
+  match_shapes(clusters, 0.46489, free, x, state);
+  REQUIRE((x - before).rowwise().norm().maxCoeff() > 0.1);
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
   for (int i = 0; i < lattice.count(); ++i) {
     const Vec3 move = place(x, i) - place(before, i);

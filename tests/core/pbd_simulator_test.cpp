@@ -159,6 +159,22 @@ TEST_CASE("where pads share particles these follow the first", "[pbd]") {
   for (int i : both) CHECK(simulator.state().x(i, 2) == Approx(simulator.model().rest(i, 2) - 2.0));
 }
 
+TEST_CASE("what has come to rest has converged, where constraints pull against each other, too", "[pbd]") {
+  const Scene scene = box_scene(kBlock);
+  PbdSimulator simulator(scene, options_of());
+  Observation observation = lifted(scene);
+  StepReport report;
+  for (int frame = 0; frame < 300; ++frame) {
+    push(observation, scene, 0, Vec3(0, 0, -std::min(22.0, 0.4 * frame)));
+    report = simulator.step(observation);
+  }
+  REQUIRE(simulator.state().v.rowwise().norm().maxCoeff() < 0.1);
+  CHECK(report.converged);
+  CHECK(report.dual_residual < 1e-3);
+  push(observation, scene, 0, Vec3(0, 0, 20.0));
+  CHECK_FALSE(simulator.step(observation).converged);
+}
+
 TEST_CASE("a probe that presses does not go in, and lets go when it lifts", "[pbd]") {
   const Scene scene = probe_scene();
   PbdSimulator simulator(scene, options_of());

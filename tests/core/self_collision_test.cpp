@@ -34,11 +34,12 @@ TEST_CASE("a body at rest does not collide with itself, not even when pressed to
   const Bar bar;
   SelfCollision collision(bar.lattice, 0.25);
   NodeField x = bar.rest;
-  collision.find(x);
-  CHECK(collision.resolve(bar.free, bar.rest, x) == 0.0);
-  x *= 0.67;
-  collision.find(x);
-  CHECK(collision.resolve(bar.free, bar.rest, x) == 0.0);
+  for (const double pressed : {1.0, 0.67}) {
+    x = pressed * bar.rest;
+    collision.find(x);
+    collision.resolve(bar.free, bar.rest, x);
+    CHECK(x == pressed * bar.rest);
+  }
 }
 
 TEST_CASE("parts that meet are pushed apart, and momentum stays", "[pbd]") {
@@ -59,10 +60,9 @@ TEST_CASE("parts that meet are pushed apart, and momentum stays", "[pbd]") {
   };
   REQUIRE(closest(x) < 3.0);
   collision.find(x);
-  double move = 1.0;
-  for (int k = 0; k < 400 && move > 1e-6; ++k) {
+  for (int k = 0; k < 400; ++k) {
     if (k % 20 == 0) collision.find(x);
-    move = collision.resolve(bar.free, x, x);
+    collision.resolve(bar.free, x, x);
   }
   CHECK(closest(x) > 4.99);
   CHECK((x - before).colwise().sum().norm() < 1e-8);
@@ -78,7 +78,7 @@ TEST_CASE("a held particle stays, and the other takes the whole push", "[pbd]") 
   std::vector<double> mobility = bar.free;
   mobility[static_cast<std::size_t>(one)] = 0.0;
   collision.find(x);
-  CHECK(collision.resolve(mobility, before, x) == Approx(1.0));
+  collision.resolve(mobility, before, x);
   CHECK(x.row(one) == before.row(one));
   CHECK((x.row(other) - before.row(one)).norm() == Approx(5.0));
 }
