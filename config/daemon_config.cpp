@@ -76,6 +76,38 @@ core::FemSimulatorOptions read_fem(const Document& document) {
   return options;
 }
 
+core::PbdOptions read_pbd(const Document& document) {
+  core::PbdOptions options;
+  const auto read = [&document](const char* key, auto& option) {
+    option = document.value("/simulator/pbd/" + std::string(key), option);
+  };
+  read("particle_spacing", options.particle_spacing);
+  read("cluster_spacing", options.cluster_spacing);
+  read("cluster_radius", options.cluster_radius);
+  read("cluster_stiffness", options.cluster_stiffness);
+  read("time_step", options.time_step);
+  read("substeps", options.substeps);
+  read("iterations", options.iterations);
+  read("damping", options.damping);
+  read("collision_distance", options.collision_distance);
+  read("shape_friction", options.shape_friction);
+  read("particle_friction", options.particle_friction);
+  read("self_collision", options.self_collision);
+  if (document.value<std::string>("/simulator/pbd/readout", "blend") == "nearest")
+    options.readout = core::PbdReadout::nearest;
+  if (options.cluster_radius < 0.5 * options.cluster_spacing) {
+    document.refuse(JsonPointer("/simulator/pbd/cluster_radius"), quoted(Json(options.cluster_radius)) +
+                                                                      " is below half of cluster_spacing, " +
+                                                                      quoted(Json(0.5 * options.cluster_spacing)));
+  }
+  if (options.damping * options.substep() > 1.0) {
+    document.refuse(
+        JsonPointer("/simulator/pbd/damping"),
+        quoted(Json(options.damping)) + " is above one over a substep, " + quoted(Json(1.0 / options.substep())));
+  }
+  return options;
+}
+
 core::SimulatorOptions read_simulator(const Document& document, const Bundle& bundle) {
   core::SimulatorOptions options;
   options.kind = document.value("/simulator/kind", options.kind);
@@ -101,6 +133,9 @@ core::SimulatorOptions read_simulator(const Document& document, const Bundle& bu
   options.alarm.enabled = document.value("/alarm/enabled", true);
   options.alarm.model_error = document.value("/alarm/model_error", options.alarm.model_error);
   options.fem = read_fem(document);
+  options.pbd = read_pbd(document);
+  if (document.value<std::string>("/simulator/rigid/follow", "none") == "markers")
+    options.rigid.follow = core::RigidOptions::Follow::markers;
   return options;
 }
 

@@ -13,6 +13,8 @@
 #include "core/fem_time_scheme.hpp"
 #include "core/mismatch_report.hpp"
 #include "core/pad_input.hpp"
+#include "core/pbd_options.hpp"
+#include "core/rigid_options.hpp"
 #include "core/scene.hpp"
 #include "core/strain_domains.hpp"
 #include "core/types.hpp"
@@ -62,13 +64,18 @@ struct AlarmOptions {
 };
 
 struct SimulatorOptions {
-  std::string kind = "kf-admm";  // kf-admm | admm | fem
+  std::string kind = "kf-admm";  // kf-admm | admm | fem | pbd | rigid
   SolverOptions solver;          // of fem: tolerance, time_step and threads
   FilterOptions filter;
   AlarmOptions alarm;  // of kf-admm with the preset standard
   FemSimulatorOptions fem;
-  std::vector<EffectSetting> effects;  // physics beyond the scene's
+  PbdOptions pbd;
+  RigidOptions rigid;
+  std::vector<EffectSetting> effects;  // physics beyond the scene's; pbd and rigid have none and refuse them
 };
+
+// Whether the simulator looks at Observation::markers: the others run in open loop.
+bool reads_markers(const SimulatorOptions& options);
 
 // One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], probes[i],
 // markers[i].
@@ -92,7 +99,8 @@ struct Observation {
 struct StepReport {
   int iterations = 0;
   double primal_residual = 0.0;  // mm; largest |Dx - z| of an element times its edge length
-  double dual_residual = 0.0;    // mm; largest move of a node in the last iteration (of fem: in the last correction)
+  double dual_residual = 0.0;    // mm; largest move of a node, of pbd a particle, in the last iteration (of fem: in the
+                                 // last correction)
   bool converged = false;        // both below 0.1 mm, or below the tolerance where that is more
   bool finite = true;            // false: the state was not finite; it holds the last finite one
   int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <string>
 
+#include "config/daemon_config.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/scene_loader.hpp"
 #include "daemon/static_answer.hpp"
@@ -29,6 +30,7 @@ struct SolveArguments {
   std::vector<std::string> pushes;
   std::string gravity;
   std::vector<std::string> overrides;
+  std::vector<std::string> simulator_settings;  // of the overrides those that are
   std::vector<std::string> effects;
   std::string mesh;
   std::string out;
@@ -165,13 +167,25 @@ void print_answer(const core::Scene& scene, const std::vector<core::PadInput>& i
 }
 
 bool is_fem(const SolveArguments& arguments) { return arguments.model == "fem"; }
+bool is_pbd(const SolveArguments& arguments) { return arguments.model == "pbd"; }
+
+// What --set says of the simulator is the configuration's, and not the bundle's.
+std::vector<std::string> take_simulator_settings(std::vector<std::string>& settings) {
+  const auto of_bundle = std::stable_partition(
+      settings.begin(), settings.end(), [](const std::string& setting) { return !setting.starts_with("simulator."); });
+  std::vector<std::string> taken(of_bundle, settings.end());
+  settings.erase(of_bundle, settings.end());
+  return taken;
+}
 
 // Options that the chosen model does not have.
 void check_model(const SolveArguments& arguments) {
   const std::string& element = arguments.element;
-  if (!element.empty() && element != "p1" && element != (is_fem(arguments) ? "p2" : "smoothed"))
+  if (!element.empty() &&
+      (is_pbd(arguments) || (element != "p1" && element != (is_fem(arguments) ? "p2" : "smoothed"))))
     throw UsageError("--element: " + arguments.model + " has no " + element);
-  if (is_fem(arguments) && !arguments.curve.empty()) throw UsageError("--curve: fem has none; its corrections are few");
+  if (arguments.model != "admm" && !arguments.curve.empty())
+    throw UsageError("--curve: " + arguments.model + " has none");
   if (!is_fem(arguments) && arguments.fem.duration > 0.0) throw UsageError("--dynamic: only fem has inertia here");
   if (!is_fem(arguments) && !arguments.effects.empty()) throw UsageError("--effect: only fem has effects here");
   if (arguments.fem.hold > 0.0 && (!is_fem(arguments) || arguments.fem.duration > 0.0))
@@ -186,6 +200,14 @@ StaticAnswer solve(const SolveArguments& arguments, const core::Scene& scene, co
     if (arguments.element == "p1") run.element = core::FemElement::p1;
     if (arguments.tolerance) run.tolerance = *arguments.tolerance;
     return answer_of_fem(scene, inputs, run);
+  }
+  if (is_pbd(arguments)) {
+    PbdRun run;
+    run.options = config::config_for_bundle(arguments.bundle, arguments.simulator_settings).simulator.pbd;
+    run.load_step = arguments.admm.load_step;
+    run.max_iterations = arguments.admm.max_iterations;
+    if (arguments.tolerance) run.tolerance = *arguments.tolerance;
+    return answer_of_pbd(scene, inputs, run);
   }
   core::StaticOptions options = arguments.admm;
   if (arguments.element == "p1") options.element = core::Element::p1;
@@ -205,6 +227,7 @@ int run_solve(SolveArguments arguments) {
   check_model(arguments);
   const std::map<std::string, double> pushes = parse_pushes(arguments.pushes);
   const std::vector<std::string> settings = take_effect_settings(arguments.effects, arguments.overrides);
+  if (is_pbd(arguments)) arguments.simulator_settings = take_simulator_settings(arguments.overrides);
   const core::Scene scene = load_static_scene(arguments);
   const std::vector<core::EffectSetting> effects = choose_effects(scene, arguments.effects, settings);
   const std::vector<core::PadInput> inputs = pad_inputs(scene, pushes);
@@ -234,9 +257,9 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       "1.\n"
       "Example: tissuectl solve recordings/paper/table1 --push A1=10,A3=15 --out pushed.vtu");
   solve->add_option("BUNDLE", a.bundle, "Folder with bundle.json")->type_name("")->required();
-  solve->add_option("--model", a.model, "Simulator: admm or fem")
+  solve->add_option("--model", a.model, "Simulator: admm, fem or pbd")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"admm", "fem"}).description(""))
+      ->check(CLI::IsMember({"admm", "fem", "pbd"}).description(""))
       ->capture_default_str();
   solve->add_option("--element", a.element, "Of admm: smoothed (default) or p1; of fem: p2 (default) or p1")
       ->type_name("NAME")
@@ -261,7 +284,7 @@ void add_solve_command(CLI::App& app, int& exit_code) {
   solve
       ->add_option("--set", a.overrides,
                    "KEY=VALUE of bundle.json, e.g. material.poissons_ratio=0.42, or of an effect, e.g. "
-                   "viscoelasticity.g1=0.4; may be repeated")
+                   "viscoelasticity.g1=0.4, or of pbd, e.g. simulator.pbd.cluster_radius=9; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   solve->add_option("--effect", a.effects, "Physics that the bundle does not assume (fem): " + join_or(effect_kinds()))
@@ -274,10 +297,11 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       ->type_name("FILE");
   solve
       ->add_option("--tolerance", a.tolerance,
-                   "Residual at which it has converged, mm; 1e-6 for admm, 1e-8 for fem unless given")
+                   "Residual at which it has converged, mm; 1e-6 for admm, 1e-8 for fem unless given; of pbd the "
+                   "largest move in a time step, 1e-4")
       ->type_name("MM")
       ->check(in_range(1e-14, 10.0));
-  solve->add_option("--max-iterations", a.admm.max_iterations, "Give up after as many ADMM iterations")
+  solve->add_option("--max-iterations", a.admm.max_iterations, "Give up after as many iterations of admm or pbd")
       ->type_name("N")
       ->check(in_range(1, 1e7))
       ->capture_default_str();
@@ -286,7 +310,9 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       ->type_name("N")
       ->check(in_range(0, 50))
       ->capture_default_str();
-  solve->add_option("--load-step", a.admm.load_step, "Pads move by at most this much at a time, mm")
+  solve
+      ->add_option("--load-step", a.admm.load_step,
+                   "Pads move by at most this much at a time, mm; of pbd in a time step")
       ->type_name("MM")
       ->check(in_range(1e-3, 1e6))
       ->capture_default_str();

@@ -15,8 +15,6 @@ namespace {
 constexpr int kJumpIterations = 600;  // that a jump is followed for; the first paper's curves are flat by 500
 constexpr std::size_t kMostJumpTrials = 4;
 
-bool reads_markers(const config::DaemonConfig& config) { return config.simulator.kind == "kf-admm"; }
-
 std::vector<std::string> marker_sets_of(const config::Bundle& bundle, const std::vector<std::string>& wanted) {
   std::vector<std::string> known;
   for (const config::MarkerSet& set : bundle.marker_sets) known.push_back(set.name);
@@ -53,7 +51,7 @@ std::vector<Setup> make_setups(const std::string& folder, const config::Bundle& 
     for (const std::string& set : sets) {
       setups.push_back(make_setup(folder, request, model, set));
       setups.back().config.simulator.alarm.enabled = false;  // nothing here reads it, and it takes long to build
-      if (reads_markers(setups.back().config)) continue;
+      if (core::reads_markers(setups.back().config.simulator)) continue;
       setups.back().marker_set = kNoMarkers;
       break;
     }

@@ -59,7 +59,7 @@ FrameProcessor::FrameProcessor(core::Simulator& simulator, const config::DaemonC
                    config.bundle.tissue_from_tracker, config.registration.fit),
       fit_(config.registration.fit),
       rest_frames_(config.registration.rest_frames),
-      closed_loop_(config.simulator.kind == "kf-admm"),
+      closed_loop_(core::reads_markers(config.simulator)),
       marker_delay_(config.marker_delay),
       marker_correction_(config.marker_correction) {
   const core::Scene& scene = simulator.scene();

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/fem_dynamics.hpp"
+#include "core/pbd_simulator.hpp"
 
 namespace tissued::daemon {
 namespace {
@@ -68,6 +69,41 @@ core::FemReport push_and_hold(core::FemEquilibrium& equilibrium, core::FemState&
   return report;
 }
 
+double longest_way(const core::Scene& scene, std::span<const core::PadInput> pads) {
+  double longest = 0.0;
+  for (std::size_t p = 0; p < pads.size(); ++p)
+    if (pads[p].kind != core::PadInput::Kind::absent)
+      longest = std::max(longest, (pads[p].center - scene.pads[p].center).norm());
+  return longest;
+}
+
+// How far time steps have come.
+struct Settling {
+  int iterations = 0, steps = 0;
+  double move = 0.0;  // mm, the largest of a particle in the last time step
+  bool settled = false;
+};
+
+Settling settle(core::PbdSimulator& simulator, std::span<const core::PadInput> pads, const PbdRun& run) {
+  const core::Scene& scene = simulator.scene();
+  const int travel = std::max(1, static_cast<int>(std::ceil(longest_way(scene, pads) / run.load_step)));
+  core::Observation observation;
+  observation.resize_for(scene);
+  observation.dt = run.options.time_step;
+  Settling progress;
+  while (!progress.settled && progress.iterations < run.max_iterations) {
+    const core::NodeField before = simulator.state().x;
+    const double share = std::min(1.0, static_cast<double>(++progress.steps) / travel);
+    observation.pads = on_the_way(scene, pads, share);
+    const core::StepReport report = simulator.step(observation);
+    progress.iterations += report.iterations;
+    if (!report.finite) return progress;
+    progress.move = (simulator.state().x - before).rowwise().norm().maxCoeff();
+    progress.settled = progress.steps >= travel && progress.move <= run.tolerance;
+  }
+  return progress;
+}
+
 }  // namespace
 
 StaticAnswer answer_of_admm(const core::Scene& scene, std::span<const core::PadInput> pads,
@@ -93,6 +129,35 @@ StaticAnswer answer_of_admm(const core::Scene& scene, std::span<const core::PadI
                     {"residual_mm", solution.residual},
                     {"force_residual_N", solution.force_residual},
                     {"inverted", solution.inverted}};
+  return answer;
+}
+
+StaticAnswer answer_of_pbd(const core::Scene& scene, std::span<const core::PadInput> pads, const PbdRun& run) {
+  core::SimulatorOptions options;
+  options.kind = "pbd";
+  options.pbd = run.options;
+  core::PbdSimulator simulator(scene, options);
+  const Settling progress = settle(simulator, pads, run);
+  StaticAnswer answer;
+  for (int i = 0; i < scene.mesh.node_count(); ++i) {
+    answer.rest.push_back(columns(scene.mesh.node(i)));
+    answer.displacement.push_back(columns(simulator.positions().row(i).head<3>().transpose() - scene.mesh.node(i)));
+  }
+  answer.pad_forces.assign(scene.pads.size(), core::Vec3::Zero());
+  for (std::size_t i = 0; i < scene.markers.size(); ++i)
+    answer.markers.push_back(simulator.marker(static_cast<int>(i)) - scene.markers[i].rest);
+  for (std::size_t i = 0; i < scene.targets.size(); ++i)
+    answer.targets.push_back(simulator.target(static_cast<int>(i)).position - scene.targets[i].rest);
+  answer.converged = progress.settled;
+  const int particles = simulator.model().lattice.count(), clusters = simulator.model().clusters.count();
+  answer.summary = format("%d iterations in %d time steps of %d particles in %d clusters: last move %.2e mm",
+                          progress.iterations, progress.steps, particles, clusters, progress.move);
+  if (!progress.settled) answer.trouble = "particles still move";
+  answer.figures = {{"iterations", progress.iterations},
+                    {"time_steps", progress.steps},
+                    {"particles", particles},
+                    {"clusters", clusters},
+                    {"residual_mm", progress.move}};
   return answer;
 }
 

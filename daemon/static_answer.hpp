@@ -43,4 +43,15 @@ struct FemRun {
 /// are those of the element's own shape functions.
 StaticAnswer answer_of_fem(const core::Scene& scene, std::span<const core::PadInput> pads, const FemRun& run);
 
+struct PbdRun {
+  core::PbdOptions options;
+  double tolerance = 1e-4;  ///< mm that a particle moves in a time step at most, when the body has settled
+  double load_step = 5.0;   ///< mm that pads move in a time step at most
+  int max_iterations = 20000;
+};
+
+/// By time steps: the pads travel evenly, then stay until the body has settled. Pad forces are zero: pbd has none.
+/// Throws core::ModelError.
+StaticAnswer answer_of_pbd(const core::Scene& scene, std::span<const core::PadInput> pads, const PbdRun& run);
+
 }  // namespace tissued::daemon

@@ -4,6 +4,7 @@
 #include <exception>
 #include <string>
 
+#include "daemon/ctl_calibrate.hpp"
 #include "daemon/ctl_diagnose.hpp"
 #include "daemon/ctl_evaluate.hpp"
 #include "daemon/ctl_export.hpp"
@@ -40,6 +41,7 @@ int main(int argc, char** argv) {
   add_watch_command(app, exit_code);
   add_solve_command(app, exit_code);
   add_evaluate_command(app, exit_code);
+  add_calibrate_command(app, exit_code);
   add_diagnose_command(app, exit_code);
   add_predict_command(app, exit_code);
   add_export_command(app, exit_code);

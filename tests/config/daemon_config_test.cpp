@@ -20,7 +20,12 @@ const char* const kFullConfig = R"({
   "tracker": {"address": "0.0.0.0", "port": 5000, "frame_deadline_ms": 12.5, "subject": "other"},
   "clients": {"address": "::1", "port": 0, "max_subscribers": 3, "lease_s": 25},
   "simulator": {"kind": "admm", "scheme": "algorithm-1", "iterations": 20, "tolerance": 0.01, "weight_scale": 2,
-                "threads": 2, "time_step": 0.005},
+                "threads": 2, "time_step": 0.005,
+                "pbd": {"particle_spacing": 4, "cluster_spacing": 9.6, "cluster_radius": 9, "cluster_stiffness": 0.4,
+                        "time_step": 0.01, "substeps": 2, "iterations": 7, "damping": 10, "collision_distance": 2,
+                        "shape_friction": 0.3, "particle_friction": 0.2, "self_collision": false,
+                        "readout": "nearest"},
+                "rigid": {"follow": "markers"}},
   "material": {"youngs_modulus": 7, "poissons_ratio": 0.4, "density": 1.1}, "gravity": [1, 0, 0],
   "filter": {"preset": "paper", "process_noise": 4, "measurement_noise": 0.2, "modes": 100},
   "fem": {"element": "p1", "dynamics": "generalized-alpha", "spectral_radius": 0.5, "mass_damping": 2, "stiffness_damping": 0.1},
@@ -59,6 +64,21 @@ TEST_CASE("Every key of a configuration arrives in its struct") {
   CHECK(config.simulator.solver.weight_scale == 2.0);
   CHECK(config.simulator.solver.threads == 2);
   CHECK(config.simulator.solver.time_step == 0.005);
+  const tissued::core::PbdOptions& pbd = config.simulator.pbd;
+  CHECK(pbd.particle_spacing == 4.0);
+  CHECK(pbd.cluster_spacing == 9.6);
+  CHECK(pbd.cluster_radius == 9.0);
+  CHECK(pbd.cluster_stiffness == 0.4);
+  CHECK(pbd.time_step == 0.01);
+  CHECK(pbd.substeps == 2);
+  CHECK(pbd.iterations == 7);
+  CHECK(pbd.damping == 10.0);
+  CHECK(pbd.collision_distance == 2.0);
+  CHECK(pbd.shape_friction == 0.3);
+  CHECK(pbd.particle_friction == 0.2);
+  CHECK_FALSE(pbd.self_collision);
+  CHECK(pbd.readout == tissued::core::PbdReadout::nearest);
+  CHECK(config.simulator.rigid.follow == tissued::core::RigidOptions::Follow::markers);
   CHECK(config.bundle.scene.material.youngs_modulus == 7.0);
   CHECK(config.bundle.scene.material.poissons_ratio == 0.4);
   CHECK(config.bundle.scene.material.density == 1.1);
@@ -163,7 +183,14 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/clients/max_subscribers", "0", "/clients/max_subscribers: 0 is below the minimum 1"},
       {"/clients/max_subscribers", "257", "/clients/max_subscribers: 257 is above the maximum 256"},
       {"/clients/lease_s", "0", "/clients/lease_s: 0 is below the minimum 1"},
-      {"/simulator/kind", R"("pbd")", R"(/simulator/kind: "pbd" is not one of "kf-admm", "admm" or "fem")"},
+      {"/simulator/kind", R"("sofa")",
+       R"(/simulator/kind: "sofa" is not one of "kf-admm", "admm", "fem", "pbd" or "rigid")"},
+      {"/simulator/pbd/cluster_stiffness", "1.1", "/simulator/pbd/cluster_stiffness: 1.1 is above the maximum 1"},
+      {"/simulator/pbd/cluster_radius", "4",
+       "/simulator/pbd/cluster_radius: 4.0 is below half of cluster_spacing, 4.8"},
+      {"/simulator/pbd/damping", "300", "/simulator/pbd/damping: 300.0 is above one over a substep, 200.0"},
+      {"/simulator/pbd/substeps", "0", "/simulator/pbd/substeps: 0 is below the minimum 1"},
+      {"/simulator/rigid/follow", R"("pads")", R"(/simulator/rigid/follow: "pads" is not one of "none" or "markers")"},
       {"/fem/dynamics", R"("explicit")",
        R"(/fem/dynamics: "explicit" is not one of "quasi-static", "implicit-euler" or "generalized-alpha")"},
       {"/fem/spectral_radius", "1.5", "/fem/spectral_radius: 1.5 is above the maximum 1"},
@@ -178,7 +205,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/simulator/time_step", "\"auto\"", "/simulator/time_step: \"auto\" is not a number or null"},
       {"/simulator/iteration", "3",
        "/simulator/iteration: unknown key; known are kind, element, scheme, iterations, tolerance, weight_scale, "
-       "threads and time_step"},
+       "threads, time_step, pbd and rigid"},
       {"/material/youngs_modulus", "-6", "/material/youngs_modulus: -6 is not above 0"},
       {"/material/poissons_ratio", "0.5", "/material/poissons_ratio: 0.5 is not below 0.5"},
       {"/material/density", "101", "/material/density: 101 is above the maximum 100"},

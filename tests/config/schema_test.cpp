@@ -142,6 +142,20 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
                       s.fem.dynamics.has_value(),
                       s.fem.damping.mass,
                       s.fem.damping.stiffness,
+                      s.pbd.particle_spacing,
+                      s.pbd.cluster_spacing,
+                      s.pbd.cluster_radius,
+                      s.pbd.cluster_stiffness,
+                      s.pbd.time_step,
+                      s.pbd.substeps,
+                      s.pbd.iterations,
+                      s.pbd.damping,
+                      s.pbd.collision_distance,
+                      s.pbd.shape_friction,
+                      s.pbd.particle_friction,
+                      s.pbd.self_collision,
+                      static_cast<int>(s.pbd.readout),
+                      static_cast<int>(s.rigid.follow),
                       config.registration.fit,
                       config.registration.rest_frames,
                       config.registration.placement_sd,
@@ -165,7 +179,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
     const std::string key = std::regex_replace(place, std::regex("/properties"), "");
     CHECK(described(with(kConfig, key, node["default"].dump())) == left_out);
   });
-  CHECK(defaults == 43);
+  CHECK(defaults == 57);
 }
 
 TEST_CASE("The simulators that the schema offers are those that core makes") {

@@ -58,21 +58,17 @@ TEST_CASE("the count counts", "[allocation]") {
   CHECK(allocations - before >= 3);
 }
 
-TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
-  const std::string kind = GENERATE("admm", "kf-admm");
-  const Scheme scheme = GENERATE(Scheme::per_frame, Scheme::algorithm_1);
-  const int threads = GENERATE(1, 2);
-  // Pads of some 60 nodes each and 40 markers: matrices large enough for Eigen's blocked kernels.
+namespace {
+
+// Pads of some 60 nodes each and 40 markers: matrices large enough for Eigen's blocked kernels.
+Scene large_scene() {
   const Scene scene = box_scene({14, 7, 2, 5.0}, 40);
   REQUIRE(nodes_of(*scene.mesh.find_surface("A1")).size() > 48);
-  SimulatorOptions options;
-  options.kind = kind;
-  options.solver.scheme = scheme;
-  options.solver.threads = threads;
-  options.solver.iterations = 3;
-  options.filter.modes = 60;
-  options.alarm.enabled = true;
-  if (GENERATE(false, true)) options.effects = many_effects(scene);
+  return scene;
+}
+
+// Pads, markers and probes that come, go and move, forty frames long.
+void check_steps(const Scene& scene, const SimulatorOptions& options) {
   const auto simulator = make_simulator(scene, options);
   Observation observation;
   observation.resize_for(scene);
@@ -89,6 +85,10 @@ TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
       observation.pads[p].center = scene.pads[p].center + Vec3(0, 0, -0.5);
       observation.pads[p].force = Vec3(0, 0, -0.01);
     }
+    for (ProbeInput& probe : observation.probes) {
+      probe.seen = frame % 7 < 4;
+      probe.tissue_T_probe.translation = Vec3(30.0, 15.0, 38.0 - 0.1 * frame);
+    }
     observation.dt = frame % 6 == 5 ? 0.02 : 0.01;
     const long before = allocations;
     const StepReport report = simulator->step(observation);
@@ -103,4 +103,32 @@ TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
   simulator->reset();
   CHECK(allocations - before == 0);
   CHECK(counted == 0);
+}
+
+}  // namespace
+
+TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
+  const std::string kind = GENERATE("admm", "kf-admm");
+  const Scheme scheme = GENERATE(Scheme::per_frame, Scheme::algorithm_1);
+  const int threads = GENERATE(1, 2);
+  const Scene scene = large_scene();
+  SimulatorOptions options;
+  options.kind = kind;
+  options.solver.scheme = scheme;
+  options.solver.threads = threads;
+  options.solver.iterations = 3;
+  options.filter.modes = 60;
+  options.alarm.enabled = true;
+  if (GENERATE(false, true)) options.effects = many_effects(scene);
+  check_steps(scene, options);
+}
+
+TEST_CASE("no step of particles or of a rigid body allocates", "[allocation]") {
+  Scene scene = large_scene();
+  scene.probes.resize(1);
+  SimulatorOptions options;
+  options.kind = GENERATE("pbd", "rigid");
+  options.rigid.follow = RigidOptions::Follow::markers;
+  options.pbd.readout = GENERATE(PbdReadout::blend, PbdReadout::nearest);
+  check_steps(scene, options);
 }

@@ -283,7 +283,7 @@ TEST_CASE("a scene without markers, pads and targets is simulated, too", "[simul
 }
 
 TEST_CASE("simulators are made by name, and bad scenes are refused in words", "[simulator]") {
-  CHECK(simulator_names().size() == 3);
+  CHECK(simulator_names().size() == 5);
   for (const std::string_view name : simulator_names())
     CHECK_NOTHROW(make_simulator(box_scene({2, 2, 1, 10.0}), options_of(std::string(name))));
   const auto refusal = [](const Scene& scene, const std::string& kind) -> std::string {
@@ -295,7 +295,7 @@ TEST_CASE("simulators are made by name, and bad scenes are refused in words", "[
     return "";
   };
   const Scene good = box_scene(kSmall);
-  CHECK(refusal(good, "pbd").find("pbd") != std::string::npos);
+  CHECK(refusal(good, "sofa").find("sofa") != std::string::npos);
   Scene bad = good;
   bad.markers[2].rest += Vec3(0, 0, 90);
   CHECK(refusal(bad, "admm").find("marker m2") != std::string::npos);

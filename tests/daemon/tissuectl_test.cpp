@@ -49,7 +49,7 @@ Endpoint nobody() {
 
 TEST_CASE("Help is no error") {
   for (const char* command :
-       {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate ", "diagnose ", "predict "}) {
+       {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate ", "calibrate ", "diagnose ", "predict "}) {
     const Outcome outcome = run(std::string(command) + "--help");
     CHECK(outcome.code == 0);
     CHECK(outcome.err.empty());
@@ -241,6 +241,47 @@ TEST_CASE("solve asks what effects would change, and says them in words") {
                             " --push A1=5 --model fem --element p1 --effect gravity "
                             "--set gravity.gravity.z=-1 --set material.youngs_modulus=20");
   CHECK_THAT(words.out, Catch::Contains("The tissue's weight acts with 1.00 g along (0.00, 0.00, -1.00)."));
+}
+
+TEST_CASE("solve runs particles to rest and says what that took") {
+  const std::string push = "solve " + kDemo + " --push A1=5 --model pbd --json ";
+  const Outcome outcome = run(push);
+  REQUIRE(outcome.code == 0);
+  const nlohmann::json answer = nlohmann::json::parse(outcome.out);
+  CHECK(answer["iterations"] == 27 * answer["time_steps"].get<int>());
+  CHECK(answer["residual_mm"] <= 1e-4);
+  CHECK(answer["pads"]["A1"]["force_N"] == nlohmann::json({0.0, 0.0, 0.0}));
+  const Outcome coarse = run(push + "--set simulator.pbd.particle_spacing=8");
+  REQUIRE(coarse.code == 0);
+  CHECK(nlohmann::json::parse(coarse.out)["particles"] < answer["particles"]);
+  CHECK(run(push + "--max-iterations 30").code == 1);
+  CHECK_THAT(run(push + "--element p1").err, Catch::Contains("pbd has no p1"));
+  CHECK_THAT(run(push + "--set simulator.pbd.cluster_radius=3").err, Catch::Contains("below half of cluster_spacing"));
+}
+
+TEST_CASE("calibrate writes a configuration, goes on where it was, and fine-tunes from it") {
+  const TemporaryFolder folder;
+  const std::string bundle = write_evaluation_bundle(folder), out = folder.path() / "first",
+                    fine = folder.path() / "fine";
+  const std::string vary = "calibrate " + bundle +
+                           " --model pbd --vary simulator.pbd.cluster_radius=6..15 --vary "
+                           "simulator.pbd.cluster_stiffness=0.1..0.9 --set simulator.pbd.particle_spacing=8 ";
+  const std::string command = vary + "--population 8 --generations 2 --seed 5 --out " + out;
+  const Outcome outcome = run(command);
+  REQUIRE(outcome.code == 0);
+  CHECK_THAT(outcome.err, Catch::Contains("24 of 24 points"));
+  const std::string trace = content(out + "/evaluations.csv"), config = content(out + "/config.json");
+  CHECK(std::count(trace.begin(), trace.end(), '\n') == 2 + 24);
+  const Outcome again = run(command);
+  CHECK(again.err.empty());  // nothing is left to evaluate
+  CHECK(again.out == outcome.out);
+  CHECK(content(out + "/config.json") == config);
+  const Outcome tuned = run(vary + "--start " + out + "/config.json --target T1 --evaluations 6 --out " + fine);
+  CHECK(tuned.code == 0);
+  CHECK(nlohmann::json::parse(content(fine + "/config.json"))["simulator"]["pbd"]["particle_spacing"] == 8);
+  CHECK(run(vary + "--seed 6 --population 8 --generations 2 --out " + out).code == 2);
+  CHECK_THAT(run("calibrate " + bundle + " --model pbd --vary simulator.pbd.cluster_radius=6 --out " + out).err,
+             Catch::Contains("is not KEY=LOW..HIGH"));
 }
 
 TEST_CASE("evaluate writes scores and a page, and sums them up") {
