@@ -54,6 +54,12 @@ class HeldNodes {
   int node(int k) const { return holdable_->node[held_[k]]; }
   int group(int k) const { return holdable_->group[held_[k]]; }
   int row(int k) const { return holdable_->row[held_[k]]; }
+  bool slides() const { return holdable_->slides(); }
+
+  // What the hold takes of the compliance between other points: out (count) such that K^-1 between two of them is less
+  // by out . out', on every axis. A point: rows of the factor's order (-1: none) and their weights. Not where some held
+  // nodes slide.
+  void resist(std::span<const int> rows, std::span<const double> weights, Eigen::Ref<Eigen::VectorXd> out) const;
 
   // Forgets the constraint forces (back to rest).
   void forget_forces();
