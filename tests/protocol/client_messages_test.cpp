@@ -85,7 +85,12 @@ TEST_CASE("the fullest message of each kind fits one datagram") {
   while (predictions.pads.push_back({})) continue;
   Status status;
   while (status.counters.push_back({})) continue;
-  std::vector<ClientMessage> fullest{names, predictions, status};
+  ProbeView view;
+  view.seen = view.has_image = true;
+  view.size = {1, 1};
+  view.spacing = {1.0, 1.0};
+  while (view.targets.push_back({})) continue;
+  std::vector<ClientMessage> fullest{names, predictions, status, view};
   for (const Precision precision : {Precision::float32, Precision::float64}) {
     MeshPositions positions;
     positions.precision = precision;
