@@ -330,7 +330,8 @@ TEST_CASE("Overrides pass the checks of the file") {
   CHECK(refused("name=a\n") == "--set name=a?: /name: \"a\\n\" does not match ^[ -~]+$");
   CHECK(refused("a..b=1") ==
         "--set a..b=1: /a: unknown key; known are format, name, units, mesh, fixed, surface, "
-        "material, gravity, subject, rate, dynamic, world_from_tracker, actuators, markers, marker_sets, marker_note, "
+        "material, gravity, subject, rate, dynamic, world_from_tracker, actuators, probes, markers, marker_sets, "
+        "marker_note, "
         "targets, noise, trials, held_out and trial");
 }
 

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
 #include <new>
 
@@ -58,12 +59,13 @@ TEST_CASE("the count counts", "[allocation]") {
   CHECK(allocations - before >= 3);
 }
 
-TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
+TEST_CASE("no step allocates, whatever pads, probes and markers do", "[allocation]") {
   const std::string kind = GENERATE("admm", "kf-admm");
   const Scheme scheme = GENERATE(Scheme::per_frame, Scheme::algorithm_1);
   const int threads = GENERATE(1, 2);
   // Pads of some 60 nodes each and 40 markers: matrices large enough for Eigen's blocked kernels.
-  const Scene scene = box_scene({14, 7, 2, 5.0}, 40);
+  Scene scene = box_scene({14, 7, 2, 5.0}, 40);
+  scene.probes.push_back({"probe", {Vec3::Zero(), Vec3(6.0, 4.0, 10.0), 2.0}, 0.2});
   REQUIRE(nodes_of(*scene.mesh.find_surface("A1")).size() > 48);
   SimulatorOptions options;
   options.kind = kind;
@@ -78,6 +80,7 @@ TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
   observation.resize_for(scene);
   std::mt19937 generator(61);
   long counted = 0;
+  int touched = 0;
   constexpr int kWarmUp = 5;
   for (int frame = 0; frame < 40; ++frame) {
     for (std::size_t i = 0; i < scene.markers.size(); ++i) {
@@ -89,10 +92,15 @@ TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
       observation.pads[p].center = scene.pads[p].center + Vec3(0, 0, -0.5);
       observation.pads[p].force = Vec3(0, 0, -0.01);
     }
+    // It comes down, slides and leaves; at times it is not seen.
+    observation.probes[0].seen = frame % 11 != 10;
+    observation.probes[0].tissue_T_probe.translation = Vec3(25.0 + frame, 17.0, 20.5 - 3.0 * std::sin(0.08 * frame));
     observation.dt = frame % 6 == 5 ? 0.02 : 0.01;
     const long before = allocations;
     const StepReport report = simulator->step(observation);
-    const double read = simulator->target(1).position.x() + simulator->marker(2).y() + simulator->pad_force(0).z();
+    touched += report.contacts > 0 ? 1 : 0;
+    const double read = simulator->target(1).position.x() + simulator->marker(2).y() + simulator->pad_force(0).z() +
+                        simulator->probe_force(0).z();
     const std::uint64_t hash = simulator->state_hash();
     if (frame >= kWarmUp) counted += allocations - before;
     REQUIRE(report.finite);
@@ -103,4 +111,5 @@ TEST_CASE("no step allocates, whatever pads and markers do", "[allocation]") {
   simulator->reset();
   CHECK(allocations - before == 0);
   CHECK(counted == 0);
+  CHECK(touched > 5);
 }
