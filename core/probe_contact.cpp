@@ -11,7 +11,7 @@ constexpr std::size_t kMostCandidates = 512;
 constexpr double kReach = 1.0;  // mm beyond the ramp's limit: what the tissue itself moves towards a probe in a step
 constexpr int kMostSweeps = 20;
 constexpr double kSettled = 1e-5;    // mm, of a sample in a sweep
-constexpr double kImmovable = 1e-6;  // of its compliance: what pads leave of it where they hold all of it
+constexpr double kImmovable = 1e-3;  // of its compliance: what pads leave of it where they as good as hold it
 
 }  // namespace
 
@@ -44,20 +44,35 @@ double ProbeContact::begin(std::span<const ProbeInput> inputs, const NodeField& 
   double ahead = 0.0;
   for (std::size_t p = 0; p < probes_.size(); ++p)
     ahead = std::max(ahead, motions_[p].follow(probes_[p].shape, inputs[p], at_, outwards_, limit));
-  choose(limit + kReach);
+  choose(limit + kReach, held);
   fill_compliance(held);
   return ahead;
 }
 
-// The samples within reach of a probe; where there are too many, the nearest. All others bear nothing.
-void ProbeContact::choose(double reach) {
+namespace {
+
+// Pads have it: a probe there could only fight them. Where a hold slides one node of an edge is enough, for its
+// compliance is not that of K.
+bool is_held(const ContactSample& sample, const HeldNodes& held) {
+  int holds = 0, moves = 0;
+  for (int a = 0; a < sample.count; ++a) {
+    if (sample.rows[a] < 0) continue;
+    (held.holds(sample.rows[a]) ? holds : moves) += 1;
+  }
+  return moves == 0 || (held.slides() && holds > 0);
+}
+
+}  // namespace
+
+// The samples within reach of a probe that are free; where there are too many, the nearest. All others bear nothing.
+void ProbeContact::choose(double reach, const HeldNodes& held) {
   for (std::size_t p = 0; p < probes_.size(); ++p) {
     const ProbeMotion& motion = motions_[p];
     if (!motion.present()) continue;
     const RigidTransform probe_T_tissue = motion.pose().inverse();
     for (std::size_t i = 0; i < at_.size(); ++i) {
       const double distance = signed_distance(probes_[p].shape, probe_T_tissue(at_[i])).distance;
-      if (distance > reach) continue;
+      if (distance > reach || is_held(surface_->samples()[i], held)) continue;
       Candidate candidate{static_cast<int>(i), static_cast<int>(p), distance};
       candidate.anchor.head<3>() = motion.moved()(at_[i]);
       candidates_.push_back(candidate);

@@ -53,7 +53,7 @@ class ProbeContact {
     Eigen::Vector4d offset = Eigen::Vector4d::Zero();  // mm, there, from the place of the probe that it stood at before
     Eigen::Vector4d anchor = Eigen::Vector4d::Zero();  // mm, where that place is now
   };
-  void choose(double reach);
+  void choose(double reach, const HeldNodes& held);
   void fill_compliance(const HeldNodes& held);
   void linearise(const NodeField& x);
   double relax(int j);

@@ -83,6 +83,7 @@ TEST_CASE("no step allocates, whatever pads, probes and markers do", "[allocatio
   int touched = 0;
   constexpr int kWarmUp = 5;
   for (int frame = 0; frame < 40; ++frame) {
+    CAPTURE(kind, static_cast<int>(scheme), options.effects.size(), frame);
     for (std::size_t i = 0; i < scene.markers.size(); ++i) {
       observation.markers[i] = scene.markers[i].rest + 0.5 * random_vector(generator);
       observation.marker_seen[i] = frame % 9 == 8 ? 0 : generator() % 3 != 0;
