@@ -49,7 +49,51 @@ void read_pads(const Document& document, Bundle& bundle) {
   }
 }
 
-// Pads, markers and targets share the tracker's label space: a label says which of them it is.
+core::ProbeShape read_probe_shape(const Document& document, const JsonPointer& key) {
+  const Json& json = document.root().at(key);
+  core::ProbeShape shape;
+  if (json.contains("center")) shape.center = to_vector(json["center"]);
+  shape.half_extents = to_vector(json["half_extents"]);
+  shape.rounding = json.value("rounding", 0.0);
+  if (const double smallest = shape.half_extents.minCoeff(); shape.rounding > smallest) {
+    document.refuse(key / "rounding",
+                    quoted(json["rounding"]) + " is above the smallest half extent " + quoted(Json(smallest)));
+  }
+  return shape;
+}
+
+std::optional<core::ImagePlane> read_probe_image(const Document& document, const JsonPointer& key) {
+  const Json* json = document.find(key.to_string());
+  if (!json) return std::nullopt;
+  core::ImagePlane image;
+  image.probe_T_image.rotation = to_rotation(document, key / "probe_T_image" / "rotation");
+  image.probe_T_image.translation = to_vector((*json)["probe_T_image"]["translation"]);
+  image.spacing = {(*json)["spacing"][0].get<double>(), (*json)["spacing"][1].get<double>()};
+  image.size = {(*json)["size"][0].get<int>(), (*json)["size"][1].get<int>()};
+  return image;
+}
+
+void read_probes(const Document& document, Bundle& bundle) {
+  const Json* probes = document.find("/probes");
+  if (!probes) return;
+  constexpr std::size_t kObjects = 32;  // in a tracker frame
+  const std::size_t actuators = bundle.scene.pads.size();
+  if (actuators + probes->size() > kObjects) {
+    document.refuse(JsonPointer("/probes"), std::to_string(probes->size()) + " beside " + std::to_string(actuators) +
+                                                " of /actuators are more than the " + std::to_string(kObjects) +
+                                                " objects that a tracker frame holds");
+  }
+  for (const auto& [name, probe] : probes->items()) {
+    const JsonPointer key = JsonPointer("/probes") / name;
+    if (document.root().contains(JsonPointer("/actuators") / name)) {
+      document.refuse(key, "the name is given twice, here and in /actuators");
+    }
+    bundle.scene.probes.push_back({name, read_probe_shape(document, key / "shape"), probe.value("friction", 0.0)});
+    bundle.probe_images.push_back(read_probe_image(document, key / "image"));
+  }
+}
+
+// Pads, probes, markers and targets share the tracker's label space: a label says which of them it is.
 void read_points(const Document& document, Bundle& bundle) {
   const auto refuse_namesake = [&](const JsonPointer& key, const std::string& name, const char* other) {
     if (document.root().contains(other) && document.root()[other].contains(name)) {
@@ -58,10 +102,12 @@ void read_points(const Document& document, Bundle& bundle) {
   };
   for (const auto& [name, position] : document.root()["markers"].items()) {
     refuse_namesake(JsonPointer("/markers"), name, "actuators");
+    refuse_namesake(JsonPointer("/markers"), name, "probes");
     bundle.scene.markers.push_back({name, to_vector(position)});
   }
   for (const auto& [name, position] : document.root()["targets"].items()) {
     refuse_namesake(JsonPointer("/targets"), name, "actuators");
+    refuse_namesake(JsonPointer("/targets"), name, "probes");
     refuse_namesake(JsonPointer("/targets"), name, "markers");
     bundle.scene.targets.push_back({name, to_vector(position)});
   }
@@ -172,6 +218,7 @@ Bundle load_bundle(const fs::path& folder, std::span<const std::string> override
   bundle.dynamic = document.value("/dynamic", false);
   read_noise(document, bundle);
   read_pads(document, bundle);
+  read_probes(document, bundle);
   read_points(document, bundle);
   read_marker_sets(document, bundle);
   read_trials(document, folder, bundle);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/config_error.hpp"
+#include "core/image_plane.hpp"
 #include "core/rest_calibration.hpp"
 #include "core/scene.hpp"
 
@@ -48,6 +49,7 @@ struct Bundle {
   std::filesystem::path mesh_file;   // with the folder; it exists
   core::Scene scene;                 // all markers of the bundle; `mesh` is empty: who reads mesh_file joins it
   std::vector<PadShape> pad_shapes;  // (scene.pads)
+  std::vector<std::optional<core::ImagePlane>> probe_images;  // (scene.probes); none: the probe's image is not known
   std::vector<MarkerSet> marker_sets;
   DeviceNoise noise;              // noise.marker is scene.marker_noise, too
   std::string subject;            // `phantom` of the labels `phantom:M01`; may be empty

@@ -26,6 +26,8 @@ AdmmWorkspace::AdmmWorkspace(const Model& model, int thread_count)
       rotations(held_groups.size(), Mat3::Identity()),
       prescribed(static_cast<std::size_t>(model.holdable().count()), Eigen::Vector4d::Zero()),
       wanted(static_cast<std::size_t>(model.holdable().count()), Eigen::Vector4d::Zero()),
+      contact(model.contact_surface(), model.scene().probes, model.holdable().count()),
+      contact_change(model.scene().probes.empty() ? 0 : delta.size()),
       threads(thread_count),
       pads_(model.scene().pads.size()) {
   release_pads();
@@ -109,6 +111,11 @@ double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& wor
   return cut;
 }
 
+double begin_contact(const AdmmState& state, AdmmWorkspace& workspace, std::span<const ProbeInput> probes,
+                     double limit) {
+  return probes.empty() ? 0.0 : workspace.contact.begin(probes, state.x, workspace.held, limit);
+}
+
 LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace,
                             PointDeformation* deformations) {
   const int blocks = model.blocks().count();
@@ -160,6 +167,15 @@ void residual_rows(const Model& model, const AdmmState& state, AdmmWorkspace& wo
   }
 }
 
+// Changes delta by what contact forces that answer it do; false where none changes. The hold is to be enforced again.
+bool answer_contact(const Model& model, const NodeField& x, AdmmWorkspace& workspace) {
+  if (workspace.contact.empty()) return false;
+  if (!workspace.contact.solve(x, workspace.delta.data(), workspace.contact_change)) return false;
+  model.system().factor().panels().solve(workspace.contact_change.data());
+  for (std::size_t i = 0; i < workspace.delta.size(); ++i) workspace.delta[i] += workspace.contact_change[i];
+  return true;
+}
+
 }  // namespace
 
 double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace, double dt,
@@ -178,10 +194,12 @@ double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspa
   }
   HeldNodes& held = workspace.held;
   held.add_forces(workspace.delta.data());
+  workspace.contact.add_forces(workspace.delta.data());
   model.system().factor().panels().solve(workspace.delta.data());
   for (int k = 0; k < held.count(); ++k)
     workspace.wanted[k] = workspace.prescribed[k] - state.x.row(held.node(k)).transpose();
   held.enforce(workspace.delta.data(), workspace.wanted);
+  if (answer_contact(model, state.x, workspace)) held.enforce(workspace.delta.data(), workspace.wanted);
   float largest = 0.0f;
   for (int row = 0; row < free; ++row) {
     const Eigen::Map<const Eigen::Vector4f> move(workspace.delta.data() + 4 * static_cast<std::ptrdiff_t>(row));
@@ -193,6 +211,18 @@ double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspa
     state.x.row(held.node(k)) = held.level(k, at, workspace.prescribed[k]).transpose();
   }
   return std::sqrt(static_cast<double>(largest));
+}
+
+void restore_contact(const Model& model, AdmmState& state, AdmmWorkspace& workspace) {
+  std::fill(workspace.delta.begin(), workspace.delta.end(), 0.0f);
+  if (!answer_contact(model, state.x, workspace)) return;
+  for (int k = 0; k < workspace.held.count(); ++k) workspace.wanted[k].setZero();
+  workspace.held.enforce(workspace.delta.data(), workspace.wanted);
+  for (int row = 0; row < model.system().free_count(); ++row) {
+    const Eigen::Map<const Eigen::Vector4f> move(workspace.delta.data() + 4 * static_cast<std::ptrdiff_t>(row));
+    state.x.row(model.system().node_of_row(row)) += move.cast<double>().transpose();
+    state.x_previous.row(model.system().node_of_row(row)) += move.cast<double>().transpose();
+  }
 }
 
 void pad_forces(const AdmmWorkspace& workspace, std::span<Vec3> out) {

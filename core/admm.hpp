@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/effect_forces.hpp"
+#include "core/probe_contact.hpp"
 
 namespace tissued::core {
 
@@ -30,6 +31,8 @@ struct AdmmWorkspace {
   std::vector<Mat3> rotations;              // likewise, of what holds them
   std::vector<Eigen::Vector4d> prescribed;  // (held) mm, where the held nodes must be
   std::vector<Eigen::Vector4d> wanted;      // (held) mm, how far they must move
+  ProbeContact contact;
+  std::vector<float> contact_change;  // (free x 4) mN, then mm, in the factor's order; where there are probes
   int threads;
 
   AdmmWorkspace(const Model& model, int thread_count);
@@ -49,14 +52,23 @@ int resolve_threads(int requested, int tets);
 double begin_step(const Model& model, const AdmmState& state, AdmmWorkspace& workspace, std::span<const PadInput> pads,
                   double dt, double pad_limit);
 
+// Where probes are in this step, and what they may touch; after begin_step. Without it no probe touches. limit: mm, see
+// ProbeMotion. Returns mm by which the furthest tracked probe is ahead of the simulated one.
+double begin_contact(const AdmmState& state, AdmmWorkspace& workspace, std::span<const ProbeInput> probes,
+                     double limit);
+
 // Local step (10) of all strain domains. deformations: null, or where Dx of every block goes.
 LocalStepResult local_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace,
                             PointDeformation* deformations = nullptr);
 
-// Global step (7) with the held nodes exact. node_forces: null, or further ones, (n x 4) mN. Returns the largest move
-// of a node, mm.
+// Global step (7) with the held nodes exact and the skin outside of the probes. node_forces: null, or further ones, (n
+// x 4) mN. Returns the largest move of a node, mm.
 double global_stage(const Model& model, AdmmState& state, AdmmWorkspace& workspace, double dt,
                     const NodeField* node_forces = nullptr);
+
+// What corrected x and x_previous may have pushed tissue through a probe or off it: moves both by the least, in the
+// norm of K, that puts the skin back on it.
+void restore_contact(const Model& model, AdmmState& state, AdmmWorkspace& workspace);
 
 // N, of every pad that holds on the tissue, into (pads).
 void pad_forces(const AdmmWorkspace& workspace, std::span<Vec3> out);

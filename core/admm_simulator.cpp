@@ -9,7 +9,7 @@ namespace tissued::core {
 
 namespace {
 
-constexpr double kPadLimit = 3.0;     // mm a held node may move in one step; a larger jump of a pad is ramped
+constexpr double kPadLimit = 3.0;     // mm a held node may move in one step; a larger jump of a pad or probe is ramped
 constexpr double kSettledMove = 0.1;  // mm; what `converged` means, however early iterations may end
 constexpr int kAllModesUpTo = 1200;   // free nodes; beyond, the dense eigenproblem takes minutes
 constexpr int kModesOfLargeMesh = 300;
@@ -65,6 +65,7 @@ void AdmmSimulator::build(const Scene& scene, double time_step) {
   marker_seen_.assign(markers, 0);
   last_finite_ = state_->x;
   pad_forces_.assign(model_->scene().pads.size(), Vec3::Zero());
+  probe_forces_.assign(model_->scene().probes.size(), Vec3::Zero());
   lifted_.assign(model_->scene().pads.size(), PadInput{});
 }
 
@@ -80,9 +81,11 @@ void AdmmSimulator::set_time_step(double time_step) {
 void AdmmSimulator::reset() {
   state_->reset(*model_);
   workspace_->release_pads();
+  workspace_->contact.forget();
   if (effects_) effects_->reset();
   settle();
   for (Vec3& force : pad_forces_) force.setZero();
+  for (Vec3& force : probe_forces_) force.setZero();
   history_->clear();
   if (filter_) filter_->reset();
   if (stiffness_filter_) stiffness_filter_->reset();
@@ -121,6 +124,8 @@ double AdmmSimulator::iterate_once(std::span<const PadInput> pads, double dt, do
 
 StepReport AdmmSimulator::step(const Observation& observation) noexcept {
   StepReport report;
+  report.finite = std::all_of(observation.probes.begin(), observation.probes.end(), is_sound);
+  if (!report.finite) return report;
   const int frames = std::clamp(static_cast<int>(std::lround(observation.dt / time_step_)), 1, 20);
   if (options_.solver.scheme == Scheme::per_frame) {
     iterate(observation, observation.dt, options_.solver.iterations, report);
@@ -136,8 +141,9 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
       correct(observation, observation.dt / steps_per_frame(), 1, report);
     }
   }
-  report.converged =
-      std::max(report.primal_residual, report.dual_residual) <= std::max(options_.solver.tolerance, kSettledMove);
+  report.penetration = workspace_->contact.penetration(state_->x);
+  report.converged = std::max({report.primal_residual, report.dual_residual, report.penetration}) <=
+                     std::max(options_.solver.tolerance, kSettledMove);
   report.finite = state_is_finite();
   if (report.finite) {
     last_finite_ = state_->x;
@@ -148,6 +154,7 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
     state_->x = last_finite_;
     state_->x_previous = last_finite_;
     workspace_->held.forget_forces();
+    workspace_->contact.forget();
     if (effects_) effects_->reset();
     if (filter_) filter_->reset();
     if (watch_) watch_->alarm.reset();
@@ -161,6 +168,7 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   constexpr double kShortest = 0.75;
   dt = std::max(dt, kShortest * model_->time_step());
   report.pad_ramp = begin_step(*model_, state, *workspace_, observation.pads, dt, kPadLimit);
+  report.pad_ramp = std::max(report.pad_ramp, begin_contact(state, *workspace_, observation.probes, kPadLimit));
   // First guess of x_{n+1}: most of the motion goes on. A few iterations from x_n leave the smooth, slow part of the
   // answer behind the pads.
   constexpr double kGoesOn = 0.85;
@@ -176,6 +184,9 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
     if (std::max(report.primal_residual, report.dual_residual) < options_.solver.tolerance) break;
   }
   if (effects_) effects_->accept(state.x, observation.pads, dt, workspace_->threads);
+  report.contacts = workspace_->contact.pressed();
+  for (std::size_t p = 0; p < probe_forces_.size(); ++p)
+    probe_forces_[p] = workspace_->contact.force(static_cast<int>(p));
   state.dt = dt;
 }
 
@@ -204,9 +215,12 @@ void AdmmSimulator::correct(const Observation& observation, double dt, int frame
   if (filter_)
     innovation =
         filter_->correct(markers_now_, marker_seen_, workspace_->held_pads(), frames, state_->x, state_->x_previous);
+  if (filter_) restore_contact(*model_, *state_, *workspace_);
   if (stiffness_filter_) {
     read_pad_forces(observation.pads);
-    innovation = stiffness_filter_->correct(markers_now_, marker_seen_, observation.pads, pad_forces_, dt, *state_);
+    const double pressed = workspace_->contact.travel(state_->x, model_->rest());
+    innovation =
+        stiffness_filter_->correct(markers_now_, marker_seen_, observation.pads, pad_forces_, pressed, dt, *state_);
     if (watch_) watch(observation, dt, report);
   }
   report.markers_used = innovation.markers_used;
@@ -248,8 +262,9 @@ void AdmmSimulator::watch(const Observation& observation, double dt, StepReport&
       frame.pad_travel = std::max(frame.pad_travel, (input.center - model_->scene().pads[pad].center).norm());
   }
   frame.place_sd = observation.marker_place_sd;
-  frame.sound = report.pad_ramp == 0.0 && std::max(report.primal_residual, report.dual_residual) <= kSettledMove &&
-                state_is_finite();
+  // What the elements' own error is under a probe is not known.
+  frame.sound = report.contacts == 0 && report.pad_ramp == 0.0 &&
+                std::max(report.primal_residual, report.dual_residual) <= kSettledMove && state_is_finite();
   const double evidence = watch_->alarm.see(frame);
   if (evidence > 0.0) watch_->place.add(watch_->alarm.misfit(), watch_->alarm.judged(), evidence);
   watch_->place.advance(filter.compliance());

@@ -30,6 +30,7 @@ class AdmmSimulator final : public Simulator {
   TargetEstimate target(int index) const noexcept override;
   Vec3 marker(int index) const noexcept override;
   Vec3 pad_force(int index) const noexcept override { return pad_forces_[static_cast<std::size_t>(index)]; }
+  Vec3 probe_force(int index) const noexcept override { return probe_forces_[static_cast<std::size_t>(index)]; }
   std::uint64_t state_hash() const noexcept override;
 
   const Model& model() const { return *model_; }
@@ -78,7 +79,7 @@ class AdmmSimulator final : public Simulator {
   std::vector<std::uint8_t> marker_seen_;      // (markers), as observed; none where they came too late
   NodeField last_finite_;
   std::vector<PadInput> lifted_;  // (pads) none touches
-  std::vector<Vec3> pad_forces_;
+  std::vector<Vec3> pad_forces_, probe_forces_;
 };
 
 }  // namespace tissued::core

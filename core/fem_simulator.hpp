@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/fem_dynamics.hpp"
+#include "core/fem_probe_contact.hpp"
 #include "core/simulator.hpp"
 
 namespace tissued::core {
@@ -25,12 +26,16 @@ class FemSimulator final : public Simulator {
   TargetEstimate target(int index) const noexcept override;
   Vec3 marker(int index) const noexcept override;
   Vec3 pad_force(int index) const noexcept override { return pad_forces_[static_cast<std::size_t>(index)]; }
+  Vec3 probe_force(int index) const noexcept override { return probe_forces_[static_cast<std::size_t>(index)]; }
   std::uint64_t state_hash() const noexcept override;
 
  private:
-  FemReport advance(const Observation& observation);
+  FemReport advance(const Observation& observation, double dt);
+  FemReport solve_contact(const Observation& observation, double dt);
+  FemReport press(const Observation& observation, double& ahead);
   void publish(std::span<const PadInput> pads);
 
+  FemProbeContact* contact_ = nullptr;  // one of the model's terms; null: no probes
   FemModel model_;
   FemEquilibrium equilibrium_;
   std::optional<FemDynamics> dynamics_;
@@ -39,7 +44,7 @@ class FemSimulator final : public Simulator {
   Eigen::VectorXd rest_;
   double time_step_;
   NodeField positions_;
-  std::vector<Vec3> pad_forces_;
+  std::vector<Vec3> pad_forces_, probe_forces_;
 };
 
 }  // namespace tissued::core

@@ -99,6 +99,20 @@ Eigen::Vector4d HeldNodes::level(int k, const Eigen::Vector4d& from, const Eigen
   return at;
 }
 
+void HeldNodes::resist(std::span<const int> rows, std::span<const double> weights,
+                       Eigen::Ref<Eigen::VectorXd> out) const {
+  out.setZero();
+  for (std::size_t a = 0; a < rows.size(); ++a) {
+    if (rows[a] < 0) continue;
+    const float* column = holdable_->columns.data() + static_cast<std::size_t>(rows[a]) * holdable_->node.size();
+    for (int k = 0; k < count_; ++k) out[k] += weights[a] * static_cast<double>(column[held_[k]]);
+  }
+  for (int i = 0; i < count_; ++i) {
+    for (int j = 0; j < i; ++j) out[i] -= factor_(i, j) * out[j];
+    out[i] /= factor_(i, i);
+  }
+}
+
 void HeldNodes::forget_forces() {
   for (Eigen::Vector4d& force : forces_) force.setZero();
 }

@@ -2,6 +2,7 @@
 // Schur complement on precomputed columns of K^-1.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -54,6 +55,16 @@ class HeldNodes {
   int node(int k) const { return holdable_->node[held_[k]]; }
   int group(int k) const { return holdable_->group[held_[k]]; }
   int row(int k) const { return holdable_->row[held_[k]]; }
+  bool slides() const { return holdable_->slides(); }
+  bool holds(int row_of_factor) const {
+    return std::any_of(held_.begin(), held_.begin() + count_,
+                       [&](int held) { return holdable_->row[held] == row_of_factor; });
+  }
+
+  // What the hold takes of the compliance between other points: out (count) such that K^-1 between two of them is less
+  // by out . out', on every axis. A point: rows of the factor's order (-1: none) and their weights. Not where some held
+  // nodes slide.
+  void resist(std::span<const int> rows, std::span<const double> weights, Eigen::Ref<Eigen::VectorXd> out) const;
 
   // Forgets the constraint forces (back to rest).
   void forget_forces();

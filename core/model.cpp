@@ -109,6 +109,7 @@ Model::Model(const Scene& scene, Element element, double weight_scale, double ti
       hold_(hold_of(enrichment)),
       system_(laplacian_, blocks_, inertia_of(masses_, mass_damping_, time_step), hold_.fixed, time_step),
       holdable_(system_.factor(), system_.free_index(), hold_.groups, hold_.axes),
+      contact_surface_(scene_, system_.factor(), system_.free_index()),
       marker_points_(points_of_markers(scene_)),
       target_points_(points_of_targets(scene_)),
       rest_(NodeField::Zero(scene_.mesh.node_count(), 4)) {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/contact_surface.hpp"
 #include "core/domain_blocks.hpp"
 #include "core/enrichment.hpp"
 #include "core/global_step.hpp"
@@ -30,6 +31,7 @@ class Model {
   const GlobalSystem& system() const { return system_; }
   // Groups: pads; after them, where effects leave it partly loose, the support.
   const HoldableNodes& holdable() const { return holdable_; }
+  const ContactSurface& contact_surface() const { return contact_surface_; }  // that probes may touch
   const std::vector<std::vector<int>>& pad_nodes() const { return pad_nodes_; }
   const std::vector<std::vector<double>>& pad_shares() const { return pad_shares_; }  // of a pad's force, by facet area
   const std::vector<MaterialPoint>& marker_points() const { return marker_points_; }
@@ -59,6 +61,7 @@ class Model {
   Hold hold_;
   GlobalSystem system_;
   HoldableNodes holdable_;
+  ContactSurface contact_surface_;
   std::vector<MaterialPoint> marker_points_, target_points_;
   NodeField rest_;
 };

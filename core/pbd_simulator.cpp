@@ -44,7 +44,7 @@ PbdSimulator::PbdSimulator(const Scene& scene, const SimulatorOptions& options)
       start_(model_.rest),
       mobility_(model_.mobility),
       pad_of_(mobility_.size(), -1),
-      probe_motions_(scene.probes.size()),
+      pose_changes_(scene.probes.size()),
       positions_(NodeField::Zero(scene.mesh.node_count(), 4)) {
   for (const Probe& probe : scene.probes)
     contacts_.emplace_back(probe.shape, options.pbd.collision_distance, options.pbd.particle_spacing,
@@ -141,8 +141,12 @@ void PbdSimulator::substep(const Observation& observation, double share, StepRep
   if (self_collision_) self_collision_->find(state_.x);
   for (int k = 0; k < model_.options.iterations; ++k) {
     before_ = state_.x;
-    iterate();
+    report.contacts = iterate();
   }
+  report.penetration = 0.0;
+  for (std::size_t i = 0; i < contacts_.size(); ++i)
+    if (state_.probes[i].seen)
+      report.penetration = std::max(report.penetration, contacts_[i].penetration(pose_changes_[i], state_.x));
   report.dual_residual = (state_.x - before_).rowwise().norm().maxCoeff();
   report.iterations += model_.options.iterations;
   state_.v = (state_.x - start_) / model_.options.substep();
@@ -182,7 +186,7 @@ void PbdSimulator::move_probes(std::span<const ProbeInput> probes, double share)
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ProbeInput& now = state_.probes[i];
     const RigidTransform& goal = probes[i].tissue_T_probe;
-    ProbeMotion& motion = probe_motions_[i];
+    PoseChange& motion = pose_changes_[i];
     motion.begin = now.seen ? now.tissue_T_probe : goal;
     motion.end = now.seen && share < 1.0 ? interpolate(motion.begin, goal, share) : goal;
     now.seen = probes[i].seen;
@@ -192,11 +196,13 @@ void PbdSimulator::move_probes(std::span<const ProbeInput> probes, double share)
 }
 
 // Gauss-Seidel over the kinds of constraints; contact with probes has the last word.
-void PbdSimulator::iterate() {
+int PbdSimulator::iterate() {
+  int pushes = 0;
   match_shapes(model_.clusters, model_.options.cluster_stiffness, mobility_, state_.x, state_.clusters);
   if (self_collision_) self_collision_->resolve(mobility_, start_, state_.x);
   for (std::size_t i = 0; i < contacts_.size(); ++i)
-    if (state_.probes[i].seen) contacts_[i].resolve(probe_motions_[i], start_, state_.x);
+    if (state_.probes[i].seen) pushes += contacts_[i].resolve(pose_changes_[i], start_, state_.x);
+  return pushes;
 }
 
 bool PbdSimulator::state_is_finite() const { return state_.x.allFinite() && state_.v.allFinite(); }

@@ -1,8 +1,8 @@
 // `pbd`: position-based dynamics with region-based shape matching, after Tagliabue et al. 2019, section 2.1.
 #pragma once
 
+#include "core/particle_contact.hpp"
 #include "core/pbd_model.hpp"
-#include "core/probe_contact.hpp"
 #include "core/self_collision.hpp"
 #include "core/simulator.hpp"
 
@@ -38,6 +38,7 @@ class PbdSimulator final : public Simulator {
   Vec3 marker(int index) const noexcept override;
   // Zero: what constraints correct by depends on the time step and the number of iterations, and is no force.
   Vec3 pad_force(int) const noexcept override { return Vec3::Zero(); }
+  Vec3 probe_force(int) const noexcept override { return Vec3::Zero(); }
   std::uint64_t state_hash() const noexcept override;
 
   const PbdModel& model() const { return model_; }
@@ -50,7 +51,7 @@ class PbdSimulator final : public Simulator {
   void predict(std::span<const PadInput> pads);
   void move_pads(std::span<const PadInput> pads, double share);
   void move_probes(std::span<const ProbeInput> probes, double share);
-  void iterate();
+  int iterate();
   void settle();
   bool state_is_finite() const;
   void hold_last_finite();
@@ -59,14 +60,14 @@ class PbdSimulator final : public Simulator {
   PbdModel model_;
   PbdState state_;
   double time_step_;
-  NodeField hanging_;                       // (particles x 4) mm, under the body's own weight
-  NodeField last_finite_;                   // (particles x 4) mm
-  NodeField before_;                        // (particles x 4) mm, when the substep's last iteration began
-  NodeField start_;                         // (particles x 4) mm, when the substep began
-  std::vector<double> mobility_;            // (particles) 0 where held now, else 1
-  std::vector<int> pad_of_;                 // (particles) the pad that holds it, or -1
-  std::vector<ProbeContact> contacts_;      // (probes)
-  std::vector<ProbeMotion> probe_motions_;  // (probes) in the substep
+  NodeField hanging_;                      // (particles x 4) mm, under the body's own weight
+  NodeField last_finite_;                  // (particles x 4) mm
+  NodeField before_;                       // (particles x 4) mm, when the substep's last iteration began
+  NodeField start_;                        // (particles x 4) mm, when the substep began
+  std::vector<double> mobility_;           // (particles) 0 where held now, else 1
+  std::vector<int> pad_of_;                // (particles) the pad that holds it, or -1
+  std::vector<ParticleContact> contacts_;  // (probes)
+  std::vector<PoseChange> pose_changes_;   // (probes) in the substep
   std::optional<SelfCollision> self_collision_;
   NodeField positions_;  // (nodes x 4) mm, tissue
 };

@@ -1,5 +1,6 @@
 #include "core/probe.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -22,6 +23,16 @@ SignedDistance signed_distance(const ProbeShape& shape, const Vec3& p) {
   result.distance = beyond.maxCoeff(&nearest) - shape.rounding;
   result.normal = sign(nearest) * Vec3::Unit(nearest);
   return result;
+}
+
+bool is_sound(const ProbeInput& input) {
+  constexpr double kFurthest = 1e6;  // mm
+  constexpr double kSkew = 1e-3;
+  if (!input.seen) return true;
+  const RigidTransform& pose = input.tissue_T_probe;
+  if (!pose.translation.allFinite() || !pose.rotation.allFinite()) return false;
+  const double skew = (pose.rotation * pose.rotation.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff();
+  return pose.translation.cwiseAbs().maxCoeff() <= kFurthest && skew <= kSkew && pose.rotation.determinant() > 0.0;
 }
 
 }  // namespace tissued::core

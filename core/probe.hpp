@@ -36,4 +36,7 @@ struct ProbeInput {
   RigidTransform tissue_T_probe;
 };
 
+// False where a seen pose is no place for a probe: not finite, further off than any tracker sees, or not a rotation.
+bool is_sound(const ProbeInput& input);
+
 }  // namespace tissued::core

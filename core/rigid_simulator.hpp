@@ -24,6 +24,7 @@ class RigidSimulator final : public Simulator {
   Vec3 marker(int index) const noexcept override;
   // Zero: a rigid body says nothing about forces.
   Vec3 pad_force(int) const noexcept override { return Vec3::Zero(); }
+  Vec3 probe_force(int) const noexcept override { return Vec3::Zero(); }
   std::uint64_t state_hash() const noexcept override;
 
  private:

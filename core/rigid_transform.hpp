@@ -16,4 +16,8 @@ struct RigidTransform {
   RigidTransform inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 };
 
+// Between two poses: the turn at constant speed, the frame's origin on a straight line. share: 0 for `from`, 1 for
+// `to`.
+RigidTransform interpolate(const RigidTransform& from, const RigidTransform& to, double share);
+
 }  // namespace tissued::core

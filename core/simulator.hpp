@@ -101,14 +101,16 @@ struct StepReport {
   double primal_residual = 0.0;  // mm; largest |Dx - z| of an element times its edge length
   double dual_residual = 0.0;    // mm; largest move of a node, of pbd a particle, in the last iteration (of fem: in the
                                  // last correction)
-  bool converged = false;        // both below 0.1 mm, or below the tolerance where that is more
+  bool converged = false;        // both, and penetration, below 0.1 mm, or below the tolerance where that is more
   bool finite = true;            // false: the state was not finite; it holds the last finite one
   int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began
   int markers_used = 0;          // 0 in open loop
   int markers_swapped = 0;       // of them: labels recognised as taken for each other
   int markers_too_late = 0;      // seen longer ago than the simulation remembers; not used
   double innovation_rms = 0.0;   // mm per axis, of the markers used, before the correction
-  double pad_ramp = 0.0;         // mm by which a pad is ahead of the simulated one because its jump is ramped
+  double pad_ramp = 0.0;         // mm by which a pad or probe is ahead of the simulated one: its jump is ramped
+  int contacts = 0;              // places of the skin that probes press
+  double penetration = 0.0;      // mm, of the skin into a probe, at most
   MismatchReport mismatch;
 };
 
@@ -124,7 +126,7 @@ class Simulator {
   // Back to rest. Allocates nothing.
   virtual void reset() = 0;
   // One tracker frame. Never throws; never allocates after the first call, but for fem, which is no simulator for the
-  // loop. What went wrong is in the report.
+  // loop. What went wrong is in the report: a probe's pose that is not sound leaves all as it was, and is not finite.
   virtual StepReport step(const Observation& observation) noexcept = 0;
   // Factors again for another nominal time step (a tracker that changed its rate). May allocate; keeps the state.
   virtual void set_time_step(double time_step) = 0;
@@ -134,6 +136,8 @@ class Simulator {
   virtual TargetEstimate target(int index) const noexcept = 0;
   virtual Vec3 marker(int index) const noexcept = 0;     // mm, tissue; the model's, not the measured one
   virtual Vec3 pad_force(int index) const noexcept = 0;  // N, of the pad on the tissue; zero when absent
+  // N, of the probe on the tissue; the probe feels the opposite. Zero when it does not touch.
+  virtual Vec3 probe_force(int index) const noexcept = 0;
   // FNV-1a over the bits of the state: equal hashes prove an equal run.
   virtual std::uint64_t state_hash() const noexcept = 0;
 };

@@ -110,10 +110,10 @@ void StiffnessFilter::reset() {
 }
 
 Innovation StiffnessFilter::correct(std::span<const Vec3> markers, std::span<const std::uint8_t> seen,
-                                    std::span<const PadInput> pads, std::span<const Vec3> pad_forces, double dt,
-                                    AdmmState& state) {
+                                    std::span<const PadInput> pads, std::span<const Vec3> pad_forces, double pressed,
+                                    double dt, AdmmState& state) {
   see_pads(pads, pad_forces);
-  measure(markers, seen, state);
+  measure(markers, seen, pressed, state);
   variance_ = std::max(expected_variance(), shown_variance());
   gate(markers);
   Innovation result;
@@ -123,7 +123,7 @@ Innovation StiffnessFilter::correct(std::span<const Vec3> markers, std::span<con
   for (int marker : used_) sum += innovation_[marker].squaredNorm();
   if (!used_.empty()) result.rms = std::sqrt(sum / (3.0 * result.markers_used));
   discrepancy_.follow(innovation_, used_, moved_, share_, load_, dt);
-  if (load_is_news(dt) && !used_.empty()) {
+  if (load_is_news(pressed, dt) && !used_.empty()) {
     learn_in_parts(state);
   } else {
     next_domain_ = 0;
@@ -155,10 +155,10 @@ void StiffnessFilter::see_pads(std::span<const PadInput> pads, std::span<const V
 
 // Innovations of the markers seen, against the simulation; displacements are compared: where exactly a marker was glued
 // cancels.
-void StiffnessFilter::measure(std::span<const Vec3> markers, std::span<const std::uint8_t> seen,
+void StiffnessFilter::measure(std::span<const Vec3> markers, std::span<const std::uint8_t> seen, double pressed,
                               const AdmmState& state) {
   used_.clear();
-  load_ = 0.0;
+  load_ = pressed;
   for (int i = 0; i < marker_count_; ++i) {
     const MaterialPoint& point = model_->marker_points()[i];
     displacement_[i] = position_of(point, state.x) - position_of(point, model_->rest());
@@ -225,9 +225,9 @@ bool StiffnessFilter::unswap(std::size_t first, std::span<const Vec3> markers) {
 }
 
 // Whether the load is at rest and says something that it did not say before.
-bool StiffnessFilter::load_is_news(double dt) {
+bool StiffnessFilter::load_is_news(double pressed, double dt) {
   travel_ = largest_distance(displacement_, learnt_at_);
-  if (largest_distance(displacement_, resting_at_) > kStill) {
+  if (pressed > 0.0 || largest_distance(displacement_, resting_at_) > kStill) {
     resting_at_ = displacement_;
     resting_ = 0.0;
   } else {

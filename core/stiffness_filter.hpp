@@ -5,8 +5,9 @@
 // A measured displacement is
 //   d = simulated(c) + J (c - c_estimate) + b(marker) + noise
 // with c the coefficients of the field, J from the compliance at rest and the stresses now. b grows in proportion to
-// the load, the largest simulated displacement of a marker. Where pads push by their poses, markers say nothing about
-// the stiffness as a whole; a measured pad force, f = simulated(c) + J (c - c_estimate) + noise, does.
+// the load, the largest simulated displacement of a marker or of the skin under a probe. Where pads push by their
+// poses, markers say nothing about the stiffness as a whole; a measured pad force, f = simulated(c) + J (c -
+// c_estimate) + noise, does.
 #pragma once
 
 #include <span>
@@ -29,10 +30,12 @@ class StiffnessFilter {
   // Forgets all that was learnt.
   void reset();
   // One frame: gates the markers, learns from them and from measured pad forces where the load moved on, and estimates
-  // the discrepancy. Writes the moduli of the state's domains. pad_forces: (pads) N, simulated. dt: s since the last
-  // call.
+  // the discrepancy. Writes the moduli of the state's domains, never positions: skin on a probe stays on it.
+  // pad_forces: (pads) N, simulated. pressed: mm, how far probes have pushed the skin, 0 where none touches; it is a
+  // load like that of pads, but nothing is learnt from it, for the compliance does not know of the places that a probe
+  // holds. dt: s since the last call.
   Innovation correct(std::span<const Vec3> markers, std::span<const std::uint8_t> seen, std::span<const PadInput> pads,
-                     std::span<const Vec3> pad_forces, double dt, AdmmState& state);
+                     std::span<const Vec3> pad_forces, double pressed, double dt, AdmmState& state);
 
   // mm, the discrepancy at a target: to be added to the simulated position.
   const Vec3& target_shift(int target) const { return discrepancy_.at_target(target); }
@@ -55,13 +58,14 @@ class StiffnessFilter {
   bool has_learnt() const { return learnt_; }
 
  private:
-  void measure(std::span<const Vec3> markers, std::span<const std::uint8_t> seen, const AdmmState& state);
+  void measure(std::span<const Vec3> markers, std::span<const std::uint8_t> seen, double pressed,
+               const AdmmState& state);
   void gate(std::span<const Vec3> markers);
   bool unswap(std::size_t first, std::span<const Vec3> markers);
   double shown_variance();
   bool plausible(int marker, const Vec3& innovation) const;
   void see_pads(std::span<const PadInput> pads, std::span<const Vec3> pad_forces);
-  bool load_is_news(double dt);
+  bool load_is_news(double pressed, double dt);
   void learn_in_parts(AdmmState& state);
   void add_sensitivity(const StrainDomain& domain, const AdmmState& state);
   void finish_sensitivity();

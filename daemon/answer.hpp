@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/image_plane.hpp"
 #include "core/simulator.hpp"
 #include "protocol/fixed_list.hpp"
 
@@ -14,6 +15,7 @@ namespace tissued::daemon {
 inline constexpr std::size_t kMaxMarkers = 128;  // as many as a protocol::TrackerFrame carries
 inline constexpr std::size_t kMaxPads = 32;
 inline constexpr std::size_t kMaxTargets = 64;
+inline constexpr std::size_t kMaxProbes = 4;
 
 /// Where one target is, tracker frame.
 struct TargetPlace {
@@ -26,6 +28,13 @@ struct TargetPlace {
 struct PadAnswer {
   std::uint16_t index = 0;        ///< in the scene
   std::array<double, 3> force{};  ///< N, tracker frame
+};
+
+/// What a probe does to the tissue, and what its image shows.
+struct ProbeAnswer {
+  bool seen = false;                                           ///< false: it does not touch, and the rest says nothing
+  std::array<double, 3> force{};                               ///< N, tracker frame, of the probe on the tissue
+  protocol::FixedList<core::ImagePoint, kMaxTargets> targets;  ///< (scene.targets) where the image is calibrated
 };
 
 /// Whether markers contradict the assumed physics: core::MismatchReport, in tracker coordinates, with its beginning.
@@ -53,6 +62,7 @@ struct Answer {
   AlarmAnswer alarm;
   protocol::FixedList<TargetPlace, kMaxTargets> targets;  ///< (scene.targets)
   protocol::FixedList<PadAnswer, kMaxPads> pads;          ///< those that touch
+  protocol::FixedList<ProbeAnswer, kMaxProbes> probes;    ///< (scene.probes)
 };
 
 /// All node positions at one moment.

@@ -5,6 +5,7 @@
 namespace tissued::daemon {
 
 using protocol::Predictions;
+using protocol::ProbeView;
 using protocol::Status;
 
 protocol::AlarmState alarm_state(const AlarmAnswer& alarm) {
@@ -48,6 +49,47 @@ Predictions prediction_part(const Answer& answer, const Verdict& verdict, std::u
   const std::size_t pad_end = std::min(first_pad + Predictions::kPadsPerPart, answer.pads.size());
   for (std::size_t i = first_pad; i < pad_end; ++i) {
     message.pads.push_back({answer.pads[i].index, answer.pads[i].force});
+  }
+  return message;
+}
+
+std::size_t probe_view_part_count(const Answer& answer, std::size_t probe) {
+  return protocol::chunk_count(answer.probes[probe].targets.size(), ProbeView::kTargetsPerPart);
+}
+
+ProbeView probe_view_part(const Answer& answer, const std::optional<core::ImagePlane>& image, const Verdict& verdict,
+                          std::uint64_t send_ns, std::size_t probe, std::size_t part) {
+  const ProbeAnswer& seen = answer.probes[probe];
+  ProbeView message;
+  message.part = static_cast<std::uint8_t>(part);
+  message.part_count = static_cast<std::uint8_t>(probe_view_part_count(answer, probe));
+  message.validity = verdict.validity;
+  message.reasons = verdict.reasons;
+  message.seen = seen.seen;
+  message.has_image = image.has_value();
+  message.index = static_cast<std::uint16_t>(probe);
+  message.probe_count = static_cast<std::uint16_t>(answer.probes.size());
+  message.tracker_frame = answer.tracker_frame;
+  message.receive_ns = answer.receive_ns;
+  message.send_ns = send_ns;
+  message.age_ns = verdict.age_ns;
+  message.force = seen.force;
+  if (image) {
+    message.size = {static_cast<std::uint16_t>(image->size.x()), static_cast<std::uint16_t>(image->size.y())};
+    message.spacing = {image->spacing.x(), image->spacing.y()};
+  }
+  const std::size_t first = part * ProbeView::kTargetsPerPart;
+  const std::size_t end = std::min(first + ProbeView::kTargetsPerPart, seen.targets.size());
+  for (std::size_t i = first; i < end; ++i) {
+    const core::ImagePoint& point = seen.targets[i];
+    const core::Ellipse ellipse = core::ellipse_of(point.covariance);
+    message.targets.push_back({static_cast<std::uint16_t>(i),
+                               point.inside,
+                               {point.pixel.x(), point.pixel.y()},
+                               point.distance,
+                               point.distance_sd,
+                               {ellipse.major, ellipse.minor},
+                               ellipse.angle});
   }
   return message;
 }

@@ -78,10 +78,13 @@ ClientServer::ClientServer(boost::asio::io_context& context, const config::Daemo
       sender_(socket_, std::random_device{}(), counters),
       bulk_(context, scene, peers_, sender_, counters, [this] { serve_mesh_wishes(); }),
       hello_(introduce(config, scene)),
+      images_(config.bundle.probe_images),
       started_ns_(monotonic_ns()) {
   names_[place_of(NameKind::target)] = names_of(scene.targets);
   names_[place_of(NameKind::marker)] = names_of(scene.markers);
   names_[place_of(NameKind::pad)] = names_of(scene.pads);
+  names_[place_of(NameKind::probe)] = names_of(scene.probes);
+  images_.resize(scene.probes.size());
   for (std::size_t i = 0; i < Counters::kSize; ++i) {
     names_[place_of(NameKind::counter)].push_back(shown_name(Counters::name(i)));
   }
@@ -190,6 +193,13 @@ void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Qu
   send_status(peer, sequence);
 }
 
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryProbes&) {
+  if (!simulation_.answer().probes.empty()) return send_probe_views(peer, sequence);
+  sender_.send(peer, sequence,
+               protocol::Error{protocol::ErrorReason::not_available, protocol::ClientRefusal::none,
+                               static_cast<std::uint8_t>(protocol::MessageType::query_probes)});
+}
+
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Subscribe& request) {
   const std::uint64_t now_ns = monotonic_ns();
   const std::uint64_t lease_ns = std::min(request.lease_s * std::uint64_t{1'000'000'000}, max_lease_ns_);
@@ -243,6 +253,18 @@ void ClientServer::send_predictions(Peer& peer, std::uint32_t in_reply_to, bool 
   if (fresh && !held) latency_.add(monotonic_ns() - answer.receive_ns);
 }
 
+void ClientServer::send_probe_views(Peer& peer, std::uint32_t in_reply_to) {
+  const Answer& answer = simulation_.answer();
+  const std::uint64_t send_ns = monotonic_ns();
+  const Verdict verdict = judge(answer, send_ns, staleness_);
+  for (std::size_t probe = 0; probe < answer.probes.size(); ++probe) {
+    const std::size_t parts = probe_view_part_count(answer, probe);
+    for (std::size_t part = 0; part < parts; ++part) {
+      sender_.send(peer, in_reply_to, probe_view_part(answer, images_[probe], verdict, send_ns, probe, part));
+    }
+  }
+}
+
 void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
   const std::uint64_t now_ns = monotonic_ns();
   const Verdict verdict = judge(simulation_.answer(), now_ns, staleness_);
@@ -285,6 +307,7 @@ void ClientServer::on_published() {
 void ClientServer::stream(Peer& peer, std::uint64_t now_ns, bool fresh) {
   Grant& grant = *peer.grant;
   if (grant.what & protocol::kTargets) send_predictions(peer, 0, fresh);
+  if (grant.what & protocol::kProbes) send_probe_views(peer, 0);
   if ((grant.what & protocol::kMesh) && !peer.mesh_wish) peer.mesh_wish = MeshWish{0, grant.precision};
   grant.due_ns = std::max(grant.due_ns + grant.period_ns, now_ns);
   grant.last_sent_ns = now_ns;
@@ -344,7 +367,7 @@ void ClientServer::tick(Peer& peer, std::uint64_t now_ns) {
   const bool silent = !answer.has_frame || now_ns > answer.receive_ns + stale_ns;
   const std::uint64_t held_period_ns =
       grant.period_ns > 0 ? std::max(grant.period_ns, kShortestHeldPeriod_ns) : kHeldPeriod_ns;
-  const bool streams_answers = (grant.what & (protocol::kTargets | protocol::kMesh)) != 0;
+  const bool streams_answers = (grant.what & (protocol::kTargets | protocol::kMesh | protocol::kProbes)) != 0;
   if (silent && streams_answers && now_ns >= grant.last_sent_ns + held_period_ns) stream(peer, now_ns, false);
   if ((grant.what & protocol::kStatus) && now_ns >= grant.status_due_ns) {
     send_status(peer, 0);

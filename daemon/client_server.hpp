@@ -59,12 +59,14 @@ class ClientServer {
   void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryMesh& request);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryTopology& request);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryStatus&);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryProbes&);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::Subscribe& request);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::Unsubscribe&);
   template <typename NotARequest>
   void handle(Peer& peer, std::uint32_t sequence, const NotARequest&);
 
   void send_predictions(Peer& peer, std::uint32_t in_reply_to, bool fresh);
+  void send_probe_views(Peer& peer, std::uint32_t in_reply_to);
   void send_status(Peer& peer, std::uint32_t in_reply_to);
   void stream(Peer& peer, std::uint64_t now_ns, bool fresh);
   void serve_mesh_wishes();
@@ -86,9 +88,10 @@ class ClientServer {
   MessageSender sender_;
   BulkTransfers bulk_;
   protocol::HelloReply hello_;
-  std::array<std::vector<protocol::Name>, 4> names_;  // by protocol::NameKind
-  LatencyWindow latency_;                             // ns, from receiving a frame to sending its predictions
-  LatencyWindow step_time_;                           // ns
+  std::vector<std::optional<core::ImagePlane>> images_;  // (probes)
+  std::array<std::vector<protocol::Name>, 5> names_;     // by protocol::NameKind
+  LatencyWindow latency_;                                // ns, from receiving a frame to sending its predictions
+  LatencyWindow step_time_;                              // ns
   RateMeter step_rate_;
   std::uint64_t started_ns_;
   bool ticking_ = false;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 
 #include "daemon/alarm_report.hpp"
@@ -58,7 +59,8 @@ void query_hello(PredictionClient& client, bool as_json) {
                {"skin_triangles", reply.triangle_count},
                {"targets", client.names(protocol::NameKind::target)},
                {"markers", client.names(protocol::NameKind::marker)},
-               {"pads", client.names(protocol::NameKind::pad)}});
+               {"pads", client.names(protocol::NameKind::pad)},
+               {"probes", client.names(protocol::NameKind::probe)}});
     return;
   }
   TextTable table;
@@ -201,12 +203,70 @@ void query_mesh(PredictionClient& client, const QueryArguments& arguments) {
   }
 }
 
+json image_json(const JoinedView& view, const std::vector<std::string>& names) {
+  const protocol::ProbeView& frame = view.frame;
+  json image;
+  if (frame.has_image) image = {{"columns", frame.size[0]}, {"rows", frame.size[1]}, {"spacing_mm", frame.spacing}};
+  json targets = json::object();
+  for (const auto& target : view.targets) {
+    targets[name_at(names, target.index)] = {{"pixel", target.pixel},          {"inside", target.inside},
+                                             {"distance_mm", target.distance}, {"distance_sd_mm", target.distance_sd},
+                                             {"half_axes_px", target.axes},    {"angle_rad", target.angle}};
+  }
+  return {{"validity", protocol::to_string(frame.validity)},
+          {"reasons", reason_names(frame.reasons)},
+          {"tracker_frame", frame.tracker_frame},
+          {"age_ms", ms(frame.age_ns)},
+          {"seen", frame.seen},
+          {"force_N", frame.force},
+          {"image", image},
+          {"targets", targets}};
+}
+
+void print_image(const std::string& probe, const JoinedView& view, const std::vector<std::string>& names) {
+  const protocol::ProbeView& frame = view.frame;
+  std::printf("%s: %s; frame %u, %.1f ms old; ", probe.c_str(), validity_line(frame.validity, frame.reasons).c_str(),
+              frame.tracker_frame, ms(frame.age_ns));
+  if (!frame.seen) {
+    std::puts("not seen");
+    return;
+  }
+  std::printf("pushes with (%.3f, %.3f, %.3f) N%s\n", frame.force[0], frame.force[1], frame.force[2],
+              frame.has_image ? "" : "; its image is not calibrated");
+  TextTable table;
+  if (!view.targets.empty())
+    table.add_row({"target", "u px", "v px", "inside", "from plane mm", "sd mm", "half axes px", "", "angle deg"});
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  for (const auto& target : view.targets) {
+    table.add_row({name_at(names, target.index), fixed(target.pixel[0], 2), fixed(target.pixel[1], 2),
+                   target.inside ? "yes" : "no", fixed(target.distance, 3), fixed(target.distance_sd, 3),
+                   fixed(target.axes[0], 2), fixed(target.axes[1], 2), fixed(kDegrees * target.angle, 1)});
+  }
+  print(table);
+}
+
+void query_image(PredictionClient& client, bool as_json) {
+  const auto names = client.names(protocol::NameKind::target);
+  const auto probe_names = client.names(protocol::NameKind::probe);
+  json probes = json::object();
+  for (const JoinedView& view : client.probes()) {
+    const std::string probe = name_at(probe_names, view.frame.index);
+    if (as_json) {
+      probes[probe] = image_json(view, names);
+    } else {
+      print_image(probe, view, names);
+    }
+  }
+  if (as_json) print(probes);
+}
+
 int run_query(const QueryArguments& arguments) {
   if (!arguments.out.empty() && arguments.what != "mesh") throw UsageError("--out is for `query mesh`");
   PredictionClient client(arguments.from);
   if (arguments.what == "hello") query_hello(client, arguments.json);
   if (arguments.what == "targets") query_targets(client, arguments.json);
   if (arguments.what == "status") query_status(client, arguments.json);
+  if (arguments.what == "image") query_image(client, arguments.json);
   if (arguments.what == "mesh") query_mesh(client, arguments);
   return kSuccess;
 }
@@ -216,17 +276,18 @@ int run_query(const QueryArguments& arguments) {
 void add_query_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<QueryArguments>();
   QueryArguments& a = *arguments;
-  CLI::App* query = app.add_subcommand("query", "Ask tissued once: targets, mesh, status or hello");
+  CLI::App* query = app.add_subcommand("query", "Ask tissued once: targets, image, mesh, status or hello");
   query->footer(
       "targets  where they are, how sure that is, forces of the pads\n"
+      "image    where targets are in the probes' ultrasound images, and how far from their planes; how probes push\n"
       "mesh     node positions and tetrahedra now\n"
       "status   rates, latencies, everything that was skipped or refused\n"
       "hello    version, model, simulator, sizes\n"
       "Example: tissuectl query mesh --out now.vtu");
-  query->add_option("WHAT", a.what, "targets, mesh, status or hello")
+  query->add_option("WHAT", a.what, "targets, image, mesh, status or hello")
       ->type_name("")
       ->required()
-      ->check(CLI::IsMember({"targets", "mesh", "status", "hello"}).description(""));
+      ->check(CLI::IsMember({"targets", "image", "mesh", "status", "hello"}).description(""));
   add_endpoint(*query, "--from", a.from, "Where tissued answers its clients");
   query->add_option("--out", a.out, "Write the mesh as a VTK file, .vtu")->type_name("FILE");
   query->add_flag("--json", a.json, "Print JSON in place of a table");

@@ -24,6 +24,7 @@ struct TrackArguments {
   double seconds = 0.0;  // 0: until a signal
   TrackerSimulation simulation;
   std::string pattern = "in-turn";
+  std::vector<std::string> probes;
   std::vector<std::string> truth{"material.poissons_ratio=0.42"};
   ChannelFaults faults;
   double delay_ms = 0.0;
@@ -97,7 +98,8 @@ int run_track(TrackArguments arguments) {
   arguments.faults.reorder_hold_ns = ms_to_ns(1500.0 / arguments.simulation.rate_hz);  // one frame overtakes it
 
   const config::Bundle bundle = config::load_bundle(arguments.bundle, arguments.truth);
-  SimulatedTracker tracker(load_scene(bundle), bundle.tissue_from_tracker, arguments.simulation);
+  for (const std::string& script : arguments.probes) arguments.simulation.probes.push_back(parse_probe_script(script));
+  SimulatedTracker tracker(load_scene(bundle), bundle.tissue_from_tracker, arguments.simulation, bundle.probe_images);
   UnreliableChannel channel(arguments.faults, arguments.simulation.seed);
   TrackerSender sender(arguments.to);
   const StopSignal stop;
@@ -152,6 +154,24 @@ void add_simulation_options(CLI::App& track, TrackArguments& a) {
       ->capture_default_str();
 }
 
+void add_probe_options(CLI::App& track, TrackArguments& a) {
+  track
+      .add_option(
+          "--probe", a.probes,
+          "A probe of the bundle and what it does over the top of the body, again and again: press, slide, hold, "
+          "lift; may be repeated")
+      ->type_name("NAME=press,slide,lift")
+      ->allow_extra_args(false);
+  track.add_option("--probe-depth", a.simulation.probe_depth, "How far a probe presses below the skin at rest, mm")
+      ->type_name("MM")
+      ->check(in_range(0.0, 100.0))
+      ->capture_default_str();
+  track.add_option("--probe-seconds", a.simulation.probe_seconds, "Time of one move of a probe, s")
+      ->type_name("S")
+      ->check(in_range(0.1, 60.0))
+      ->capture_default_str();
+}
+
 void add_channel_options(CLI::App& track, TrackArguments& a) {
   const CLI::Validator share = in_range(0.0, 1.0);
   const CLI::Validator milliseconds = in_range(0.0, 60000.0);
@@ -197,6 +217,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
       ->type_name("S")
       ->check(in_range(0.0, 1e6));
   add_simulation_options(*track, a);
+  add_probe_options(*track, a);
   add_channel_options(*track, a);
   track->add_flag("--no-truth", a.no_truth, "Do not send the true targets");
   track->add_flag("--json", a.json, "Print the summary as JSON");

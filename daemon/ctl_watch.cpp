@@ -8,6 +8,7 @@
 
 #include "daemon/ctl_options.hpp"
 #include "daemon/monotonic_clock.hpp"
+#include "daemon/overlay_writer.hpp"
 #include "daemon/stop_signal.hpp"
 #include "daemon/subscription.hpp"
 #include "daemon/watch_page.hpp"
@@ -25,6 +26,7 @@ struct WatchArguments {
   Endpoint from = default_clients();
   double seconds = 0.0;  // 0: until a signal
   bool json = false;
+  OverlayRequest overlay;
 };
 
 // The conversation: introduces itself, listens, asks when it is quiet, begins again when the daemon is another one.
@@ -110,7 +112,18 @@ void print_line(const std::string& line) {
   std::fflush(stdout);
 }
 
+int run_overlay(const WatchArguments& arguments) {
+  if (arguments.overlay.images.empty() || arguments.overlay.folder.empty())
+    throw UsageError("--overlay IMAGE... and --out FOLDER go together, and --probe with them");
+  if (arguments.json || arguments.seconds > 0.0) throw UsageError("--overlay goes without --json and --seconds");
+  PredictionClient client(arguments.from);
+  write_overlays(client, arguments.overlay);
+  return kSuccess;
+}
+
 int run_watch(const WatchArguments& arguments) {
+  const OverlayRequest& overlay = arguments.overlay;
+  if (!overlay.images.empty() || !overlay.folder.empty() || !overlay.probe.empty()) return run_overlay(arguments);
   Watcher watcher(arguments.from);
   const std::uint64_t start = monotonic_ns();
   if (!arguments.json && stdout_is_terminal()) {
@@ -149,12 +162,21 @@ void add_watch_command(CLI::App& app, int& exit_code) {
   watch->footer(
       "Shows every target with the longest semi-axis of its 95 % ellipsoid, rate, latency and lost frames; in the end\n"
       "a summary. Outside of a terminal: one line a second. Exit 1 where no daemon answered.\n"
-      "Example: tissuectl watch --seconds 30");
+      "Examples: tissuectl watch --seconds 30\n"
+      "          tissuectl watch --overlay frame01.png frame02.png --out drawn");
   add_endpoint(*watch, "--from", a.from, "Where tissued answers its clients");
   watch->add_option("--seconds", a.seconds, "End after this long; otherwise by Ctrl-C")
       ->type_name("S")
       ->check(in_range(0.0, 1e6));
   watch->add_flag("--json", a.json, "One JSON object a second, the summary last");
+  watch
+      ->add_option("--overlay", a.overlay.images,
+                   "Draw the targets on these ultrasound images instead, PNG, each with the next frame's answer")
+      ->type_name("IMAGE...")
+      ->check(CLI::ExistingFile.description(""));
+  watch->add_option("--out", a.overlay.folder, "Where the drawn images go, under the same names")->type_name("FOLDER");
+  watch->add_option("--probe", a.overlay.probe, "Whose images they are; the first probe unless given")
+      ->type_name("NAME");
   watch->callback([arguments, &exit_code] { exit_code = run_watch(*arguments); });
 }
 

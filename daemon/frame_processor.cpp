@@ -55,6 +55,8 @@ FrameProcessor::FrameProcessor(core::Simulator& simulator, const config::DaemonC
       clock_(simulator.time_step()),
       pads_(simulator.scene().pads, config.registration.rest_tolerance, config.registration.placement_sd,
             config.registration.fit),
+      probes_(simulator.scene().probes.size()),
+      images_(config.bundle.probe_images),
       calibration_(rest_positions(simulator), config.registration.placement_sd, simulator.scene().marker_noise,
                    config.bundle.tissue_from_tracker, config.registration.fit),
       fit_(config.registration.fit),
@@ -66,9 +68,11 @@ FrameProcessor::FrameProcessor(core::Simulator& simulator, const config::DaemonC
   require_at_most(kMaxMarkers, scene.markers.size(), "markers");
   require_at_most(kMaxPads, scene.pads.size(), "pads");
   require_at_most(kMaxTargets, scene.targets.size(), "targets");
+  require_at_most(kMaxProbes, scene.probes.size(), "probes");
   seen_.markers.resize(scene.markers.size());
   seen_.marker_seen.resize(scene.markers.size());
   observation_.resize_for(scene);
+  images_.resize(scene.probes.size());
 }
 
 void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer) noexcept {
@@ -85,6 +89,7 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   const core::StepReport report = simulator_.step(observation_);
   const std::uint64_t step_time_ns = monotonic_ns() - begin_ns;
   counters_.add(Count::frames_stepped);
+  pressed_by_probe_ = report.contacts > 0;
   if (late_) {
     const auto too_late = static_cast<std::uint64_t>(report.markers_too_late);
     counters_.add(Count::markers_too_late, too_late);
@@ -148,13 +153,16 @@ void FrameProcessor::read_names(const protocol::TrackerFrame& frame) {
   seen_.marker_count = 0;
   unknown += read_markers(frame.markers);
   pads_.begin_frame();
+  probes_.begin_frame();
   for (const auto& object : frame.objects) {
     const NameEntry entry = names_.find(object.name);
-    if (entry.kind != Kind::pad) {
+    if (entry.kind == Kind::pad) {
+      pads_.see_pose(entry.index, to_vec3(object.position), rotation_of(object));
+    } else if (entry.kind == Kind::probe) {
+      probes_.see_pose(entry.index, {rotation_of(object), to_vec3(object.position)});
+    } else {
       ++unknown;
-      continue;
     }
-    pads_.see_pose(entry.index, to_vec3(object.position), rotation_of(object));
   }
   for (const auto& force : frame.forces) {
     const NameEntry entry = names_.find(force.name);
@@ -176,7 +184,8 @@ void FrameProcessor::read_names(const protocol::TrackerFrame& frame) {
 }
 
 void FrameProcessor::calibrate(double elapsed) {
-  if (!rest_gate_.admits(pads_.at_rest(tissue_from_tracker(), registered()), elapsed)) return;
+  const bool at_rest = pads_.at_rest(tissue_from_tracker(), registered()) && !pressed_by_probe_;
+  if (!rest_gate_.admits(at_rest, elapsed)) return;
   bool newcomer = false;
   for (std::size_t i = 0; i < seen_.markers.size(); ++i) {
     newcomer = newcomer || (seen_.marker_seen[i] && !calibration_.has_offset(static_cast<int>(i)));
@@ -212,8 +221,10 @@ void FrameProcessor::observe(const FrameInterval& interval, bool whole) {
     ++markers_fed_;
   }
   pads_held_ = pads_.finish_frame(interval.elapsed, whole, tissue_from_tracker(), observation_.pads);
+  pads_held_ += probes_.finish_frame(interval.elapsed, whole, tissue_from_tracker(), observation_.probes);
   if (pads_held_ > 0) counters_.add(Count::pads_held, static_cast<std::uint64_t>(pads_held_));
   if (!usable) std::fill(observation_.pads.begin(), observation_.pads.end(), core::PadInput{});
+  if (!usable) std::fill(observation_.probes.begin(), observation_.probes.end(), core::ProbeInput{});
 }
 
 void FrameProcessor::follow_rate() {
@@ -247,7 +258,7 @@ std::uint16_t FrameProcessor::reasons_of(const core::StepReport& report, const p
   return static_cast<std::uint16_t>(reasons);
 }
 
-// Targets and pad forces, in tracker coordinates. False where a number is not finite.
+// Targets and forces, in tracker coordinates. False where a number is not finite.
 bool FrameProcessor::write_estimates(Answer& answer) const noexcept {
   const core::Scene& scene = simulator_.scene();
   const core::RigidTransform tracker_from_tissue = tissue_from_tracker().inverse();
@@ -271,6 +282,35 @@ bool FrameProcessor::write_estimates(Answer& answer) const noexcept {
     const core::Vec3 force = r * simulator_.pad_force(static_cast<int>(i));
     finite = finite && force.allFinite();
     answer.pads.push_back({static_cast<std::uint16_t>(i), to_array(force)});
+  }
+  return write_probes(answer) && finite;
+}
+
+// What probes push, in tracker coordinates, and targets in their images. The tracker's pose of a probe is what its
+// image belongs to, even while the simulated probe is ramped. False where a number is not finite.
+bool FrameProcessor::write_probes(Answer& answer) const noexcept {
+  const core::Scene& scene = simulator_.scene();
+  const core::Mat3 r = tissue_from_tracker().rotation.transpose();
+  bool finite = true;
+  answer.probes.resize(scene.probes.size());
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+    ProbeAnswer& probe = answer.probes[i];
+    probe.seen = observation_.probes[i].seen;
+    probe.force = {};
+    probe.targets.clear();
+    if (!probe.seen) continue;
+    const core::Vec3 force = r * simulator_.probe_force(static_cast<int>(i));
+    probe.force = to_array(force);
+    finite = finite && force.allFinite();
+    if (!images_[i]) continue;
+    for (std::size_t t = 0; t < scene.targets.size(); ++t) {
+      const core::TargetEstimate target = simulator_.target(static_cast<int>(t));
+      const core::ImagePoint point =
+          core::project(*images_[i], observation_.probes[i].tissue_T_probe, target.position, target.covariance);
+      finite = finite && point.pixel.allFinite() && point.covariance.allFinite() && std::isfinite(point.distance) &&
+               std::isfinite(point.distance_sd);
+      probe.targets.push_back(point);
+    }
   }
   return finite;
 }

@@ -10,6 +10,7 @@
 #include "daemon/frame_clock.hpp"
 #include "daemon/name_table.hpp"
 #include "daemon/pad_tracker.hpp"
+#include "daemon/probe_tracker.hpp"
 #include "daemon/rest_gate.hpp"
 #include "protocol/tracker_frame.hpp"
 
@@ -58,6 +59,7 @@ class FrameProcessor {
   std::uint16_t reasons_of(const core::StepReport& report, const protocol::TrackerFrame& frame,
                            std::uint64_t step_time_ns) const;
   bool write_estimates(Answer& answer) const noexcept;
+  bool write_probes(Answer& answer) const noexcept;
   void write_alarm(const protocol::TrackerFrame& frame, const AlarmAnswer& previous,
                    const core::MismatchReport& mismatch, AlarmAnswer& alarm) const noexcept;
 
@@ -69,6 +71,8 @@ class FrameProcessor {
   NameTable names_;
   FrameClock clock_;
   PadTracker pads_;
+  ProbeTracker probes_;
+  std::vector<std::optional<core::ImagePlane>> images_;  // (probes)
   RestGate rest_gate_;
   core::RestCalibration calibration_;
   bool fit_;                                // the registration is found from markers at rest
@@ -80,7 +84,8 @@ class FrameProcessor {
   Seen seen_;
   core::Observation observation_;
   int markers_fed_ = 0;
-  int pads_held_ = 0;
+  int pads_held_ = 0;              // and probes
+  bool pressed_by_probe_ = false;  // in the last step
 };
 
 }  // namespace tissued::daemon

@@ -26,6 +26,8 @@ NameTable::NameTable(const core::Scene& scene, const std::vector<std::string>& u
   for (std::size_t i = 0; i < scene.markers.size(); ++i)
     insert(scene.markers[i].name, {Kind::marker, static_cast<int>(i)});
   for (std::size_t i = 0; i < scene.pads.size(); ++i) insert(scene.pads[i].name, {Kind::pad, static_cast<int>(i)});
+  for (std::size_t i = 0; i < scene.probes.size(); ++i)
+    insert(scene.probes[i].name, {Kind::probe, static_cast<int>(i)});
   for (std::size_t i = 0; i < scene.targets.size(); ++i)
     insert(scene.targets[i].name, {Kind::target, static_cast<int>(i)});
   for (const auto& name : unused_markers) insert(name, {Kind::unused_marker, -1});
@@ -34,7 +36,7 @@ NameTable::NameTable(const core::Scene& scene, const std::vector<std::string>& u
 void NameTable::insert(const std::string& name, NameEntry entry) {
   const auto place = std::lower_bound(entries_.begin(), entries_.end(), std::string_view(name), before);
   if (place != entries_.end() && place->first.view() == name) {
-    throw core::ModelError("name '" + name + "' stands for two things among markers, pads and targets");
+    throw core::ModelError("name '" + name + "' stands for two things among markers, pads, probes and targets");
   }
   entries_.insert(place, {wire_name(name), entry});
 }

@@ -11,7 +11,7 @@ namespace tissued::daemon {
 
 /// What a name that the tracker sends stands for.
 struct NameEntry {
-  enum class Kind : std::uint8_t { unknown, marker, unused_marker, pad, target };
+  enum class Kind : std::uint8_t { unknown, marker, unused_marker, pad, probe, target };
   Kind kind = Kind::unknown;
   int index = -1;  ///< into the scene's list of that kind; -1 for the other kinds
 };

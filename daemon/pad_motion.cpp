@@ -11,16 +11,15 @@ namespace {
 constexpr std::array<std::string_view, 4> kNames{"in-turn", "together", "sway", "rest"};
 constexpr double kRestBefore = 1.0;  // s
 
-// From 0 to 1 with velocity and acceleration zero at both ends: what an actuator's controller would do.
-double minimum_jerk(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-}
-
 // A quarter of the period each: in, hold, out, rest.
 double single_push(double phase) { return minimum_jerk(4.0 * phase) - minimum_jerk(4.0 * phase - 2.0); }
 
 }  // namespace
+
+double minimum_jerk(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+}
 
 std::span<const std::string_view> push_pattern_names() { return kNames; }
 

@@ -15,6 +15,9 @@ enum class PushPattern {
   rest,      ///< not at all
 };
 
+/// From 0 to 1 with velocity and acceleration zero at both ends: what an actuator's controller would do.
+double minimum_jerk(double s);
+
 /// Names as in the enumeration, with `-` for `_`.
 std::span<const std::string_view> push_pattern_names();
 /// nullopt for a name that there is not.

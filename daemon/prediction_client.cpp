@@ -126,6 +126,17 @@ DaemonStatus PredictionClient::status() {
   return status;
 }
 
+std::vector<JoinedView> PredictionClient::probes() {
+  ViewJoiner joiner;
+  std::optional<std::vector<JoinedView>> views;
+  ask(QueryProbes{}, [&](const ReceivedMessage& received) {
+    const auto* part = std::get_if<ProbeView>(&received.message);
+    if (part != nullptr) views = joiner.add(*part);
+    return views.has_value();
+  });
+  return *views;
+}
+
 ReceivedMesh PredictionClient::mesh(Precision precision) {
   ReceivedMesh snapshot;
   PiecewiseTable<std::array<double, 3>> table;

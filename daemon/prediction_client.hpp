@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/joined_view.hpp"
 #include "daemon/target_answer.hpp"
 #include "daemon/udp_socket.hpp"
 #include "protocol/client_messages.hpp"
@@ -66,6 +67,8 @@ class PredictionClient {
   std::vector<std::string> names(protocol::NameKind kind);
   TargetAnswer targets();
   DaemonStatus status();
+  /// Of every probe, at one tracker frame. RequestRefused where the daemon has none.
+  std::vector<JoinedView> probes();
   ReceivedMesh mesh(protocol::Precision precision);
   /// Corners as node indices from 0; of a triangle the fourth is 0.
   std::vector<std::array<std::uint32_t, 4>> cells(protocol::CellKind kind);

@@ -1,5 +1,6 @@
 #include "daemon/simulated_tracker.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -15,6 +16,11 @@ protocol::Name wire_name(const std::string& name) {
   return *packed;
 }
 
+// rad, of R = Rx(x) Ry(y) Rz(z), as the stream has rotations.
+std::array<double, 3> euler_xyz(const core::Mat3& r) {
+  return {std::atan2(-r(1, 2), r(2, 2)), std::asin(std::clamp(r(0, 2), -1.0, 1.0)), std::atan2(-r(0, 1), r(0, 0))};
+}
+
 core::SimulatorOptions open_loop(const TrackerSimulation& simulation) {
   core::SimulatorOptions options;
   options.kind = "admm";
@@ -26,7 +32,8 @@ core::SimulatorOptions open_loop(const TrackerSimulation& simulation) {
 }  // namespace
 
 SimulatedTracker::SimulatedTracker(const core::Scene& truth, const core::RigidTransform& tissue_from_tracker,
-                                   const TrackerSimulation& simulation)
+                                   const TrackerSimulation& simulation,
+                                   std::span<const std::optional<core::ImagePlane>> images)
     : simulation_(simulation),
       tracker_from_tissue_(tissue_from_tracker.inverse()),
       tissue_(core::make_simulator(truth, open_loop(simulation))),
@@ -37,10 +44,26 @@ SimulatedTracker::SimulatedTracker(const core::Scene& truth, const core::RigidTr
   place_markers();
   bool fits = true;
   for (const core::Pad& pad : truth.pads) fits &= frame_.objects.push_back({wire_name(pad.name), {}, {}});
+  add_scripts(images);
   for (const core::Marker& marker : truth.markers)
     fits &= frame_.markers.push_back({wire_name(marker.name), {}, false});
   for (const core::Target& target : truth.targets) fits &= frame_.truth.push_back({wire_name(target.name), {}});
   if (!fits) throw std::runtime_error("a tracker frame holds 32 pads, 128 markers and 64 targets; the scene has more");
+}
+
+void SimulatedTracker::add_scripts(std::span<const std::optional<core::ImagePlane>> images) {
+  const core::Scene& scene = tissue_->scene();
+  for (const ScriptedProbe& scripted : simulation_.probes) {
+    const auto found = std::find_if(scene.probes.begin(), scene.probes.end(),
+                                    [&](const core::Probe& probe) { return probe.name == scripted.name; });
+    if (found == scene.probes.end()) throw std::runtime_error("the bundle has no probe `" + scripted.name + "`");
+    const auto probe = static_cast<std::size_t>(found - scene.probes.begin());
+    scripts_.push_back({probe, frame_.objects.size(),
+                        ProbeScript(scene, found->shape, probe < images.size() ? images[probe] : std::nullopt,
+                                    scripted.moves, simulation_.probe_depth, simulation_.probe_seconds)});
+    if (!frame_.objects.push_back({wire_name(scripted.name), {}, {}}))
+      throw std::runtime_error("a tracker frame holds 32 pads and probes; the scene has more");
+  }
 }
 
 void SimulatedTracker::place_markers() {
@@ -57,6 +80,7 @@ const protocol::TrackerFrame& SimulatedTracker::next() {
   ++frame_.frame_number;
   frame_.stamp_ns = kFirstStamp_ns + static_cast<std::uint64_t>(std::llround(time * 1e9));
   move_pads(time);
+  move_probes(time);
   tissue_->step(observation_);
   see_markers();
   for (std::size_t i = 0; i < frame_.truth.size(); ++i) {
@@ -73,6 +97,18 @@ void SimulatedTracker::move_pads(double time) {
     input.kind = core::PadInput::Kind::pose;
     input.center = pads[i].center + share * simulation_.push * pads[i].direction;
     frame_.objects[i].position = in_tracker(input.center);
+  }
+}
+
+void SimulatedTracker::move_probes(double time) {
+  for (const Script& script : scripts_) {
+    core::ProbeInput& input = observation_.probes[script.probe];
+    input.seen = true;
+    input.tissue_T_probe = script.motion.at(time);
+    const core::RigidTransform tracker_T_probe = tracker_from_tissue_ * input.tissue_T_probe;
+    protocol::TrackedObject& object = frame_.objects[script.object];
+    object.position = in_tracker(input.tissue_T_probe.translation);
+    object.rotation_rad = euler_xyz(tracker_T_probe.rotation);
   }
 }
 

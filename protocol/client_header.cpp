@@ -21,6 +21,7 @@ std::optional<MessageType> type_of(std::uint8_t code) {
     case MessageType::query_status:
     case MessageType::subscribe:
     case MessageType::unsubscribe:
+    case MessageType::query_probes:
     case MessageType::hello_reply:
     case MessageType::names:
     case MessageType::predictions:
@@ -28,6 +29,7 @@ std::optional<MessageType> type_of(std::uint8_t code) {
     case MessageType::mesh_cells:
     case MessageType::status:
     case MessageType::subscribe_reply:
+    case MessageType::probe_view:
     case MessageType::error:
       return type;
   }

@@ -24,6 +24,7 @@ enum class MessageType : std::uint8_t {
   query_status = 0x06,
   subscribe = 0x07,
   unsubscribe = 0x08,
+  query_probes = 0x09,
   // daemon to client
   hello_reply = 0x81,
   names = 0x82,
@@ -32,6 +33,7 @@ enum class MessageType : std::uint8_t {
   mesh_cells = 0x85,
   status = 0x86,
   subscribe_reply = 0x87,
+  probe_view = 0x88,
   error = 0xFF,
 };
 

@@ -31,6 +31,8 @@ ClientRefusal read_message(ByteReader& reader, MessageType type, ClientMessage& 
       return read_as<Subscribe>(reader, message);
     case MessageType::unsubscribe:
       return read_as<Unsubscribe>(reader, message);
+    case MessageType::query_probes:
+      return read_as<QueryProbes>(reader, message);
     case MessageType::hello_reply:
       return read_as<HelloReply>(reader, message);
     case MessageType::names:
@@ -45,6 +47,8 @@ ClientRefusal read_message(ByteReader& reader, MessageType type, ClientMessage& 
       return read_as<Status>(reader, message);
     case MessageType::subscribe_reply:
       return read_as<SubscribeReply>(reader, message);
+    case MessageType::probe_view:
+      return read_as<ProbeView>(reader, message);
     case MessageType::error:
       return read_as<Error>(reader, message);
   }

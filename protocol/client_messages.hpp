@@ -8,6 +8,7 @@
 #include "protocol/client_header.hpp"
 #include "protocol/mesh_messages.hpp"
 #include "protocol/prediction_messages.hpp"
+#include "protocol/probe_messages.hpp"
 #include "protocol/session_messages.hpp"
 #include "protocol/status_messages.hpp"
 
@@ -15,9 +16,9 @@
 
 namespace tissued::protocol {
 
-using ClientMessage =
-    std::variant<Hello, QueryNames, QueryTargets, QueryMesh, QueryTopology, QueryStatus, Subscribe, Unsubscribe,
-                 HelloReply, Names, Predictions, MeshPositions, MeshCells, Status, SubscribeReply, Error>;
+using ClientMessage = std::variant<Hello, QueryNames, QueryTargets, QueryMesh, QueryTopology, QueryStatus, Subscribe,
+                                   Unsubscribe, HelloReply, Names, Predictions, MeshPositions, MeshCells, Status,
+                                   SubscribeReply, Error, QueryProbes, ProbeView>;
 
 struct DecodedMessage {
   ClientRefusal refusal = ClientRefusal::none;

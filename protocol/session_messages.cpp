@@ -4,7 +4,7 @@ namespace tissued::protocol {
 
 namespace {
 
-constexpr std::uint8_t kAllWhat = kTargets | kMesh | kStatus;
+constexpr std::uint8_t kAllWhat = kTargets | kMesh | kStatus | kProbes;
 
 bool read_name(ByteReader& reader, Name& name) {
   const auto read = Name::from_padded(reader.bytes(Name::kCapacity));
@@ -14,7 +14,7 @@ bool read_name(ByteReader& reader, Name& name) {
 
 bool read_kind(ByteReader& reader, NameKind& kind) {
   kind = static_cast<NameKind>(reader.u8());
-  return kind <= NameKind::counter;
+  return kind <= NameKind::probe;
 }
 
 ClientRefusal value_gate(bool good) { return good ? ClientRefusal::none : ClientRefusal::bad_value; }

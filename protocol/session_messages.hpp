@@ -32,10 +32,10 @@ struct HelloReply {
   std::uint16_t pad_count = 0;
 };
 
-enum class NameKind : std::uint8_t { target = 0, marker = 1, pad = 2, counter = 3 };
+enum class NameKind : std::uint8_t { target = 0, marker = 1, pad = 2, counter = 3, probe = 4 };
 
 // Asks for a table of names; answered by as many Names as the table needs (one where it is empty). Every other message
-// speaks of a target, marker, pad or counter by its index in its table; tables do not change within a session.
+// speaks of a target, marker, pad, counter or probe by its index in its table; tables do not change within a session.
 struct QueryNames {
   static constexpr MessageType kType = MessageType::query_names;
   NameKind kind = NameKind::target;
@@ -50,7 +50,7 @@ struct Names {
 };
 
 // What a subscription streams; a set of bits.
-enum What : std::uint8_t { kTargets = 1, kMesh = 2, kStatus = 4 };
+enum What : std::uint8_t { kTargets = 1, kMesh = 2, kStatus = 4, kProbes = 8 };
 
 inline constexpr double kMaxRate_hz = 10000;
 inline constexpr std::uint16_t kMaxLease_s = 3600;

@@ -28,6 +28,12 @@ inline const char* const kFullBundle = R"({
     "A1": {"surface": "A1", "center": [4, 5, 6], "normal": [0, 1, 0], "direction": [0, -1, 0], "radius": 12,
            "attachment": "glued"}
   },
+  "probes": {
+    "US": {"shape": {"center": [0, 1, -30], "half_extents": [20, 8, 30], "rounding": 3}, "friction": 0.1,
+           "image": {"probe_T_image": {"rotation": [[1, 0, 0], [0, 0, -1], [0, 1, 0]], "translation": [-19, 0.5, 2]},
+                     "spacing": [0.1, 0.125], "size": [380, 512]}},
+    "bare": {"shape": {"half_extents": [5, 5, 10]}}
+  },
   "markers": {"M10": [1, 0, 0], "M2": [2, 0, 0], "M1": [3, 0, 0]},
   "marker_sets": {"few": ["M1", "M10"]}, "marker_note": "on stalks",
   "targets": {"T10": [0, 1, 0], "T9": [0, 2, 0]},

@@ -74,6 +74,27 @@ TEST_CASE("Pads, markers and targets keep the file's order") {
   CHECK(bundle.pad_shapes[1].radius == 12.0);
 }
 
+TEST_CASE("Probes come with their shape and, where it is known, their image") {
+  const BundleFolder folder;
+  const Bundle bundle = load_bundle(folder.path());
+  REQUIRE(names_of(bundle.scene.probes) == Names{"US", "bare"});
+  const auto& probe = bundle.scene.probes[0];
+  CHECK(probe.shape.center == Vec3(0, 1, -30));
+  CHECK(probe.shape.half_extents == Vec3(20, 8, 30));
+  CHECK(probe.shape.rounding == 3.0);
+  CHECK(probe.friction == 0.1);
+  CHECK(bundle.scene.probes[1].shape.center == Vec3::Zero());
+  CHECK(bundle.scene.probes[1].shape.rounding == 0.0);
+  CHECK(bundle.scene.probes[1].friction == 0.0);
+  REQUIRE(bundle.probe_images.size() == 2);
+  CHECK_FALSE(bundle.probe_images[1].has_value());
+  REQUIRE(bundle.probe_images[0].has_value());
+  const auto& image = *bundle.probe_images[0];
+  CHECK((image.probe_T_image(Vec3(1, 2, 3)) - Vec3(-18, -2.5, 4)).norm() < 1e-12);
+  CHECK(image.spacing == Eigen::Vector2d(0.1, 0.125));
+  CHECK(image.size == Eigen::Vector2i(380, 512));
+}
+
 TEST_CASE("Trials come with their files and details, held-out ones last") {
   const BundleFolder folder;
   const Bundle bundle = load_bundle(folder.path());
@@ -108,8 +129,9 @@ TEST_CASE("world_from_tracker takes tracker to tissue coordinates") {
 
 TEST_CASE("What a bundle leaves out has a plain meaning") {
   std::string text = kFullBundle;
-  for (const char* key : {"/gravity", "/subject", "/dynamic", "/world_from_tracker", "/actuators", "/marker_sets",
-                          "/marker_note", "/noise/target", "/noise/force", "/trials", "/held_out", "/trial", "/name"}) {
+  for (const char* key :
+       {"/gravity", "/subject", "/dynamic", "/world_from_tracker", "/actuators", "/probes", "/marker_sets",
+        "/marker_note", "/noise/target", "/noise/force", "/trials", "/held_out", "/trial", "/name"}) {
     text = with(text, key, "");
   }
   const BundleFolder folder(text);
@@ -192,6 +214,23 @@ TEST_CASE("Every bad value of a bundle is refused with key, value and limit") {
       {"/actuators/A1/radius", "0", "/actuators/A1/radius: 0 is not above 0"},
       {"/actuators/A1/attachment", R"("sliding")", R"(/actuators/A1/attachment: "sliding" is not "glued")"},
       {"/actuators/a~1b", "{}", "/actuators/a~1b/surface: is missing"},
+      {"/probes/US/shape", "", "/probes/US/shape: is missing"},
+      {"/probes/US/shape/half_extents/1", "0.1", "/probes/US/shape/half_extents/1: 0.1 is below the minimum 0.5"},
+      {"/probes/US/shape/rounding", "8.5", "/probes/US/shape/rounding: 8.5 is above the smallest half extent 8.0"},
+      {"/probes/US/shape/rounding", "-1", "/probes/US/shape/rounding: -1 is below the minimum 0"},
+      {"/probes/US/friction", "2.5", "/probes/US/friction: 2.5 is above the maximum 2"},
+      {"/probes/US/image/spacing/0", "0", "/probes/US/image/spacing/0: 0 is not above 0"},
+      {"/probes/US/image/spacing", "[0.1]", "/probes/US/image/spacing: [0.1] has 1 item, fewer than the minimum 2"},
+      {"/probes/US/image/size/1", "0", "/probes/US/image/size/1: 0 is below the minimum 1"},
+      {"/probes/US/image/size/0", "20000", "/probes/US/image/size/0: 20000 is above the maximum 16384"},
+      {"/probes/US/image/probe_T_image/rotation", "[[1, 0, 0], [0, 1, 0], [0, 0, -1]]",
+       "/probes/US/image/probe_T_image/rotation: [[1,0,0],[0,1,0],[0,0,-1]] is not a rotation but a reflection: its "
+       "determinant is -1, not 1"},
+      {"/probes/US/image/probe_T_image/translation", "", "/probes/US/image/probe_T_image/translation: is missing"},
+      {"/probes/A1", R"({"shape": {"half_extents": [5, 5, 5]}})",
+       "/probes/A1: the name is given twice, here and in /actuators"},
+      {"/markers/US", "[0, 0, 0]", "/markers/US: the name is given twice, here and in /probes"},
+      {"/targets/US", "[0, 0, 0]", "/targets/US: the name is given twice, here and in /probes"},
       {"/markers/M1", "[1, 2, \"3\"]", "/markers/M1/2: \"3\" is not a number"},
       {"/markers/M1/0", "1e5", "/markers/M1/0: 100000.0 is above the maximum 10000"},
       {"/markers/", "[0, 0, 0]", R"(/markers/: "" has 0 characters, fewer than the minimum 1)"},
@@ -291,7 +330,8 @@ TEST_CASE("Overrides pass the checks of the file") {
   CHECK(refused("name=a\n") == "--set name=a?: /name: \"a\\n\" does not match ^[ -~]+$");
   CHECK(refused("a..b=1") ==
         "--set a..b=1: /a: unknown key; known are format, name, units, mesh, fixed, surface, "
-        "material, gravity, subject, rate, dynamic, world_from_tracker, actuators, markers, marker_sets, marker_note, "
+        "material, gravity, subject, rate, dynamic, world_from_tracker, actuators, probes, markers, marker_sets, "
+        "marker_note, "
         "targets, noise, trials, held_out and trial");
 }
 

@@ -85,7 +85,7 @@ TEST_CASE("The schemas are valid draft-07") {
 
 TEST_CASE("Every key is described, and every number's unit is in the words") {
   const std::regex unit(
-      R"(\b(mm2?|s|kPa|N|g/cm3|g|g0|Hz|milliseconds|seconds|frames|no unit|iterations|threads|port|modes|subscriptions)\b|unit vector)",
+      R"(\b(mm2?|s|kPa|N|g/cm3|g|g0|Hz|milliseconds|seconds|frames|no unit|iterations|threads|port|px|modes|subscriptions)\b|unit vector)",
       std::regex::icase);
   for (const std::string_view text : {config_schema(), bundle_schema()}) {
     const Json root = parse_json(text, "schema");

@@ -167,7 +167,7 @@ TEST_CASE("sensitivities are what changing the stiffness does", "[stiffness_filt
   double load = 0.0;
   for (const MaterialPoint& point : body.model().marker_points()) load = std::max(load, body.moved(point).norm());
   REQUIRE(load > 1.0);
-  for (int frame = 0; frame < 60; ++frame) filter.correct(markers, seen, pads, body.forces(), 0.01, observed);
+  for (int frame = 0; frame < 60; ++frame) filter.correct(markers, seen, pads, body.forces(), 0.0, 0.01, observed);
   REQUIRE(filter.sensitivity().norm() > 0.0);
 
   const RowMatrix field = stiffness_field(scene.mesh.rest, options.stiffness_sd, options.stiffness_length, 128);

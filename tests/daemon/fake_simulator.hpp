@@ -89,6 +89,7 @@ class FakeSimulator : public tissued::core::Simulator {
   }
   Vec3 marker(int index) const noexcept override { return scene_.markers[index].rest + shift_; }
   Vec3 pad_force(int) const noexcept override { return {1, 2, 3}; }
+  Vec3 probe_force(int) const noexcept override { return {4, 5, 6}; }
   std::uint64_t state_hash() const noexcept override { return 0; }
 
   std::vector<tissued::core::Observation> observations() const {

@@ -47,9 +47,10 @@ void check_all(std::size_t index, const std::vector<Change>& changes, ClientRefu
 
 constexpr std::size_t kHello = 0, kQueryNames = 1, kQueryMesh = 3, kQueryTopology = 4, kSubscribe = 6, kHelloReply = 8,
                       kNames = 9, kPredictions = 10, kPositions32 = 11, kPositions64 = 12, kTetrahedra = 13,
-                      kTriangles = 14, kStatus_ = 15, kSubscribeReply = 16, kError = 17;
+                      kTriangles = 14, kStatus_ = 15, kSubscribeReply = 16, kError = 17, kProbeView = 19;
 
-constexpr std::size_t kAlarm = 104, kFirstTarget = 164, kFirstPad = kFirstTarget + 200, kStatusAlarm = 112;
+constexpr std::size_t kAlarm = 104, kFirstTarget = 164, kFirstPad = kFirstTarget + 200, kStatusAlarm = 112,
+                      kFirstImageTarget = 112;
 
 }  // namespace
 
@@ -72,6 +73,10 @@ TEST_CASE("every number that is not finite is refused") {
   check_fields(kPredictions, run(kFirstTarget + 4, 12));
   check_fields(kPredictions, run(kFirstTarget + 104, 12));
   for (std::size_t pad = 0; pad < 3; ++pad) check_fields(kPredictions, run(kFirstPad + 28 * pad + 4, 3));
+  check_fields(kProbeView, run(64, 3));
+  check_fields(kProbeView, run(92, 2));
+  for (std::size_t target = 0; target < 2; ++target)
+    check_fields(kProbeView, run(kFirstImageTarget + 60 * target + 4, 7));
   check_fields(kPositions64, run(60, 12));
   check_fields(kStatus_, {96, 104});
   check_fields(kStatus_, run(kStatusAlarm + 16, 5));
@@ -92,19 +97,19 @@ TEST_CASE("every bad name is refused") {
 }
 
 TEST_CASE("values beyond their limits are refused: requests") {
-  check_all(kQueryNames, {{24, {4}}, {24, {255}}}, ClientRefusal::bad_value);
+  check_all(kQueryNames, {{24, {5}}, {24, {255}}}, ClientRefusal::bad_value);
   check_all(kQueryMesh, {{24, {0}}, {24, {5}}}, ClientRefusal::bad_value);
   check_all(kQueryTopology, {{24, {2}}, {24, {5}}}, ClientRefusal::bad_value);
-  check_all(kSubscribe, {{24, {0}}, {24, {8}}, {25, {0}}, {26, {0, 0}}, {26, {0x11, 0x0E}}}, ClientRefusal::bad_value);
+  check_all(kSubscribe, {{24, {0}}, {24, {16}}, {25, {0}}, {26, {0, 0}}, {26, {0x11, 0x0E}}}, ClientRefusal::bad_value);
   check_all(kSubscribe, {{28, kMinusOne}, {28, kLeastNegative}, {28, kAbove10000}}, ClientRefusal::bad_value);
-  check_all(kSubscribe, {{24, {7}}, {26, {1, 0}}, {26, {0x10, 0x0E}}, {28, kExactly10000}}, ClientRefusal::none);
+  check_all(kSubscribe, {{24, {15}}, {26, {1, 0}}, {26, {0x10, 0x0E}}, {28, kExactly10000}}, ClientRefusal::none);
 }
 
 TEST_CASE("values beyond their limits are refused: answers about the session") {
   check_all(kHelloReply, {{120, kMinusOne}, {120, kAbove10000}}, ClientRefusal::bad_value);
-  check_all(kNames, {{24, {4}}, {26, {7, 0}}, {28, {7, 0}}, {28, {0xFF, 0xFF}}}, ClientRefusal::bad_value);
+  check_all(kNames, {{24, {5}}, {26, {7, 0}}, {28, {7, 0}}, {28, {0xFF, 0xFF}}}, ClientRefusal::bad_value);
   check_all(kNames, {{28, {6, 0}}, {26, {8, 0}}}, ClientRefusal::none);
-  check_all(kSubscribeReply, {{24, {8}}, {25, {1}}, {26, {0x11, 0x0E}}, {28, kMinusOne}}, ClientRefusal::bad_value);
+  check_all(kSubscribeReply, {{24, {16}}, {25, {1}}, {26, {0x11, 0x0E}}, {28, kMinusOne}}, ClientRefusal::bad_value);
   check_all(kSubscribeReply, {{24, {0}}}, ClientRefusal::none);
   check_all(kError, {{24, {4}}, {25, {11}}, {27, {1}}}, ClientRefusal::bad_value);
 }
@@ -128,6 +133,24 @@ TEST_CASE("values beyond their limits are refused: predictions") {
   for (std::size_t pad = 0; pad < 3; ++pad) {
     check_all(kPredictions, {{kFirstPad + 28 * pad + 2, {1}}, {kFirstPad + 28 * pad + 3, {1}}},
               ClientRefusal::bad_value);
+  }
+}
+
+TEST_CASE("values beyond their limits are refused: a probe's view") {
+  check_all(kProbeView, {{24, {2}}, {25, {1}}, {25, {0}}, {25, {65}}, {26, {4}}, {27, {7}}, {34, {1}}, {35, {1}}},
+            ClientRefusal::bad_value);
+  check_all(kProbeView, {{30, {3, 0}}, {32, {2, 0}}, {109, {1}}, {110, {1}}, {111, {1}}}, ClientRefusal::bad_value);
+  check_all(kProbeView, {{28, {0xFF, 0xFF}}, {30, {0, 0}}, {25, {64}}}, ClientRefusal::none);
+  // A force or targets of a probe that is not seen, and an image that is not known.
+  check_all(kProbeView, {{27, {2}}, {27, {1}}, {27, {0}}}, ClientRefusal::bad_value);
+  check_all(kProbeView, {{88, {0, 0}}, {90, {0, 0}}, {92, kMinusOne}, {100, Bytes(8, 0)}}, ClientRefusal::bad_value);
+  for (const std::size_t target : {kFirstImageTarget, kFirstImageTarget + 60}) {
+    check_all(kProbeView, {{target + 2, {2}}, {target + 3, {1}}}, ClientRefusal::bad_value);
+    check_all(kProbeView, {{target + 28, kMinusOne}, {target + 36, kMinusOne}, {target + 44, kLeastNegative}},
+              ClientRefusal::bad_value);
+    check_all(kProbeView, {{target + 52, kExactly10000}, {target + 44, kExactly10000}}, ClientRefusal::bad_value);
+    check_all(kProbeView, {{target + 4, kMinusOne}, {target + 12, kAbove10000}, {target + 20, kMinusOne}},
+              ClientRefusal::none);
   }
 }
 
@@ -181,6 +204,7 @@ TEST_CASE("counts that do not fill the body, or exceed what a datagram holds, ar
   check_all(kPredictions, {{160, {1}}, {160, {3}}, {160, {11}}, {161, {2}}, {161, {4}}, {161, {255}}},
             ClientRefusal::wrong_size);
   check_all(kPositions32, {{56, {3}}, {56, {5}}, {56, {111}}}, ClientRefusal::wrong_size);
+  check_all(kProbeView, {{108, {1}}, {108, {3}}, {108, {21}}, {108, {255}}}, ClientRefusal::wrong_size);
   check_all(kTriangles, {{25, {2}}, {25, {4}}, {25, {113}}, {24, {4}}}, ClientRefusal::wrong_size);
   check_all(kStatus_, {{27, {1}}, {27, {3}}, {27, {101}}}, ClientRefusal::wrong_size);
 

@@ -85,7 +85,12 @@ TEST_CASE("the fullest message of each kind fits one datagram") {
   while (predictions.pads.push_back({})) continue;
   Status status;
   while (status.counters.push_back({})) continue;
-  std::vector<ClientMessage> fullest{names, predictions, status};
+  ProbeView view;
+  view.seen = view.has_image = true;
+  view.size = {1, 1};
+  view.spacing = {1.0, 1.0};
+  while (view.targets.push_back({})) continue;
+  std::vector<ClientMessage> fullest{names, predictions, status, view};
   for (const Precision precision : {Precision::float32, Precision::float64}) {
     MeshPositions positions;
     positions.precision = precision;
@@ -187,7 +192,7 @@ TEST_CASE("every corrupted header byte of every message is refused by its name")
         } else if (offset == 4) {
           CHECK(refusal == ClientRefusal::bad_version);
         } else if (offset == 5) {
-          const bool known = (value >= 0x01 && value <= 0x08) || (value >= 0x81 && value <= 0x87) || value == 0xFF;
+          const bool known = (value >= 0x01 && value <= 0x09) || (value >= 0x81 && value <= 0x88) || value == 0xFF;
           CHECK((refusal == ClientRefusal::unknown_type) == !known);
         } else if (offset < 8) {
           CHECK(refusal == ClientRefusal::unknown_flags);

@@ -115,6 +115,28 @@ Status status() {
   return message;
 }
 
+ProbeView probe_view() {
+  ProbeView message;
+  message.part = 1;
+  message.part_count = 2;
+  message.validity = Validity::degraded;
+  message.seen = true;
+  message.has_image = true;
+  message.reasons = 0x0205;
+  message.index = 2;
+  message.probe_count = 3;
+  message.tracker_frame = 61;
+  message.receive_ns = 62;
+  message.send_ns = 63;
+  message.age_ns = 64;
+  message.force = {0.5, -1.5, -2.5};
+  message.size = {640, 480};
+  message.spacing = {0.125, 0.25};
+  message.targets.push_back({20, true, {100.5, -200.25}, -3.5, 0.75, {9.0, 4.0}, -0.5});
+  message.targets.push_back({21, false, {-1000.0, 2000.0}, 40.0, 0.0, {0.0, 0.0}, 0.0});
+  return message;
+}
+
 }  // namespace
 
 std::vector<Sample> client_samples() {
@@ -135,7 +157,9 @@ std::vector<Sample> client_samples() {
                                       cells(CellKind::skin_triangle),
                                       status(),
                                       SubscribeReply{kMesh, Precision::float32, 0, 0.5},
-                                      Error{ErrorReason::refused, ClientRefusal::unknown_type, 0x7E}};
+                                      Error{ErrorReason::refused, ClientRefusal::unknown_type, 0x7E},
+                                      QueryProbes{},
+                                      probe_view()};
   std::vector<Sample> samples;
   for (std::uint32_t i = 0; i < messages.size(); ++i) {
     samples.push_back({{0xA0B0C0D0 + i, 0x01020304 + i, 0x10203040 + i}, std::move(messages[i])});

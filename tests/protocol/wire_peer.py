@@ -57,6 +57,8 @@ def client_bodies():
                  + struct.pack("<HQ", 100, 0x0102030405060708) + struct.pack("<HQ", 101, 0))
     yield 0x87, struct.pack("<BBHd", 2, 4, 0, 0.5)
     yield 0xFF, struct.pack("<BBBB", 0, 6, 0x7E, 0)
+    yield 0x09, b""
+    yield 0x88, probe_view()
 
 
 def alarm(frame, nanoseconds, level, misfit, place):
@@ -71,6 +73,14 @@ def predictions():
     body += struct.pack("<HH3d", 8, 0, 1.5, -2.5, 3.5)
     body += struct.pack("<HH3d", 9, 0, -4.5, 5.5, -6.5)
     body += struct.pack("<HH3d", 10, 0, 7.5, 8.5, 9.5)
+    return body
+
+
+def probe_view():
+    body = struct.pack("<BBBBHHHHI3Q3dHH2dBBH", 1, 2, 2, 3, 0x0205, 2, 3, 0, 61, 62, 63, 64, 0.5, -1.5, -2.5, 640, 480,
+                       0.125, 0.25, 2, 0, 0)
+    body += struct.pack("<HBB7d", 20, 1, 0, 100.5, -200.25, -3.5, 0.75, 9.0, 4.0, -0.5)
+    body += struct.pack("<HBB7d", 21, 0, 0, -1000.0, 2000.0, 40.0, 0.0, 0.0, 0.0, 0.0)
     return body
 
 
