@@ -17,23 +17,6 @@ LoadPath path_of(const RecordedTrial& trial, const Scene& scene) {
                       : LoadPath(trial, scene, kTravel);
 }
 
-// Root mean squares over frames x channels of a kind, where markers sit taken off.
-Misfit misfit_of(const std::vector<RowMatrix>& residuals, const Channels& channels, const Eigen::VectorXd& offset) {
-  std::array<double, 3> square{}, count{};
-  for (const RowMatrix& residual : residuals)
-    for (Eigen::Index f = 0; f < residual.rows(); ++f)
-      for (int c = 0; c < channels.count(); ++c) {
-        if (!std::isfinite(residual(f, c))) continue;
-        const int kind = channels.is_marker(c) ? 0 : channels.is_force(c) ? 2 : 1;
-        square[kind] += std::pow(residual(f, c) - offset[c], 2);
-        count[kind] += 1.0;
-      }
-  const auto rms = [&](int kind) {
-    return count[kind] > 0.0 ? std::sqrt(square[kind] / count[kind]) : std::numeric_limits<double>::quiet_NaN();
-  };
-  return {rms(0), rms(1), rms(2)};
-}
-
 std::vector<double> of_frames(const RowMatrix& residual, const Channels& channels, const Eigen::VectorXd& offset) {
   std::vector<double> out;
   for (Eigen::Index f = 0; f < residual.rows(); ++f)
@@ -83,6 +66,22 @@ void add_markers(const Scene& scene, const RecordedTrial& trial, Eigen::Index pe
 }
 
 }  // namespace
+
+Misfit misfit_of(const std::vector<RowMatrix>& residuals, const Channels& channels, const Eigen::VectorXd& offset) {
+  std::array<double, 3> square{}, count{};
+  for (const RowMatrix& residual : residuals)
+    for (Eigen::Index f = 0; f < residual.rows(); ++f)
+      for (int c = 0; c < channels.count(); ++c) {
+        if (!std::isfinite(residual(f, c))) continue;
+        const int kind = channels.is_marker(c) ? 0 : channels.is_force(c) ? 2 : 1;
+        square[kind] += std::pow(residual(f, c) - offset[c], 2);
+        count[kind] += 1.0;
+      }
+  const auto rms = [&](int kind) {
+    return count[kind] > 0.0 ? std::sqrt(square[kind] / count[kind]) : std::numeric_limits<double>::quiet_NaN();
+  };
+  return {rms(0), rms(1), rms(2)};
+}
 
 Comparison compare(const Scene& scene, const std::vector<RecordedTrial>& trials, const ModelResiduals& residuals,
                    const std::array<Eigen::VectorXd, 3>& offsets) {

@@ -47,6 +47,10 @@ struct ModelResiduals {
   std::vector<RowMatrix> assumed, parameters, explained;
 };
 
+// Root mean squares over frames x channels of a kind. residuals: (trials) (frames x channels); offset: (channels) where
+// markers sit, taken off.
+Misfit misfit_of(const std::vector<RowMatrix>& residuals, const Channels& channels, const Eigen::VectorXd& offset);
+
 // offsets: (channels) how far markers sit from where the scene has them, as each of the three has it.
 Comparison compare(const Scene& scene, const std::vector<RecordedTrial>& trials, const ModelResiduals& residuals,
                    const std::array<Eigen::VectorXd, 3>& offsets);

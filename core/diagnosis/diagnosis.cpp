@@ -38,13 +38,36 @@ bool numbers_differ(const Fit& fit, const Scene& scene) {
          (ratio > kRatioOff && ratio > 3.0 * fit.sd("poissons_ratio"));
 }
 
+std::vector<RowMatrix> residuals_of(const Fit& fit) {
+  std::vector<RowMatrix> out;
+  for (const TrialResidual& trial : fit.residuals) out.push_back(trial.residual);
+  return out;
+}
+
+Eigen::VectorXd offset_of(const FitData& data, const Fit& fit) {
+  return nuisances(data.errors, pointers_to(fit.residuals)).offset;
+}
+
+// An effect is to take off more than the elements err, of the markers' misfit or, there in proportion, of the forces'.
+bool matters(const SearchResult& result, const Candidate& with, const Candidate& without) {
+  constexpr double kOfForces = 0.5;  // of their mean square
+  if (!with.exact.solved || !without.exact.solved) return true;
+  const Channels channels = channels_of(result.exact.session->scene);
+  const auto misfit = [&](const Fit& fit) {
+    return misfit_of(residuals_of(fit), channels, offset_of(result.exact, fit));
+  };
+  const Misfit before = misfit(without.exact), after = misfit(with.exact);
+  return std::pow(before.marker_mm, 2) - std::pow(after.marker_mm, 2) > std::pow(result.discretisation_mm, 2) ||
+         std::pow(after.force_N, 2) < kOfForces * std::pow(before.force_N, 2);
+}
+
 // The candidate that is believed: numbers alone, one effect, or more.
 const Candidate& chosen_of(const SearchResult& result) {
   const Candidate* chosen = &result.numbers;
   for (std::size_t r = 0; r < result.rounds.size() && !result.rounds[r].empty(); ++r) {
     const Candidate& likeliest = result.rounds[r].front();
     const bool is_judged = r == 0 || result.compares_fast || likeliest.exact.solved;
-    if (!is_judged || gain(result, likeliest, *chosen) < kAccept) break;
+    if (!is_judged || gain(result, likeliest, *chosen) < kAccept || !matters(result, likeliest, *chosen)) break;
     chosen = &likeliest;
   }
   return *chosen;
@@ -71,11 +94,14 @@ using Weights = std::vector<std::pair<const Candidate*, double>>;
 // against it that it takes to be accepted: nulls have some advantage, too.
 Weights weigh(const SearchResult& result, const Candidate& chosen) {
   Weights weights{{&result.numbers, 0.0}};
-  for (const std::vector<Candidate>& round : result.rounds)
-    for (const Candidate& candidate : round)
-      if (candidate.best().solved && (result.compares_fast || candidate.exact.solved || !chosen.exact.solved))
+  for (std::size_t r = 0; r < result.rounds.size(); ++r)
+    for (const Candidate& candidate : result.rounds[r]) {
+      const bool is_compared = result.compares_fast || candidate.exact.solved || !chosen.exact.solved;
+      const Candidate& without = r == 0 ? result.numbers : result.rounds[r - 1].front();
+      if (candidate.best().solved && is_compared && matters(result, candidate, without))
         weights.emplace_back(&candidate,
                              advantage(result, candidate) - kAccept * static_cast<double>(candidate.kinds.size()));
+    }
   double best = 0.0, all = 0.0;
   for (const auto& weight : weights) best = std::max(best, weight.second);
   for (auto& weight : weights) all += weight.second = std::exp((weight.second - best) / kTemperature);
@@ -89,16 +115,6 @@ double probability_of(const std::string& kind, const Weights& weights) {
     if (std::find(candidate->kinds.begin(), candidate->kinds.end(), kind) != candidate->kinds.end()) with += weight;
   // Nobody who has seen some dozens of cases may be surer.
   return std::clamp(with, 1.0 - kSurest, kSurest);
-}
-
-std::vector<RowMatrix> residuals_of(const Fit& fit) {
-  std::vector<RowMatrix> out;
-  for (const TrialResidual& trial : fit.residuals) out.push_back(trial.residual);
-  return out;
-}
-
-Eigen::VectorXd offset_of(const FitData& data, const Fit& fit) {
-  return nuisances(data.errors, pointers_to(fit.residuals)).offset;
 }
 
 bool has_markers(const std::vector<RecordedTrial>& trials, const Channels& channels) {
