@@ -2,6 +2,8 @@
 
 #include <omp.h>
 
+#include <mutex>
+
 // OpenBLAS, where that is the BLAS below CHOLMOD; not there in others.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 
@@ -57,6 +59,10 @@ CholmodFactor::~CholmodFactor() {
 }
 
 bool CholmodFactor::analyze(cholmod_sparse matrix) {
+  // METIS, which orders, sets the process's SIGTERM handler and puts back the one that it found: two at once would
+  // leave its own behind.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   factor = cholmod_analyze(&matrix, &common);
   return factor != nullptr;
 }

@@ -221,7 +221,8 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
 void doubt(Diagnosis& diagnosis) {
   constexpr double kMisfit = 1.3;  // of the noise
   constexpr double kEven = 0.5;
-  if (!(diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm)) return;
+  const bool misfits = diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm;
+  if (!misfits && diagnosis.verdict != Verdict::unexplained) return;
   for (Finding& finding : diagnosis.findings) finding.probability = std::min(finding.probability, kEven);
   if (diagnosis.verdict != Verdict::no_mismatch && diagnosis.verdict != Verdict::parameters) return;
   diagnosis.verdict = Verdict::unexplained;

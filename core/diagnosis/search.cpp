@@ -152,7 +152,7 @@ bool nearly_explains(const FitData& data, const Fit& numbers) {
 // The elements' own error, by finer ones: where the numbers are if these may explain all that is seen, else where they
 // are assumed to be. What elements err depends on Poisson's ratio more than on anything else.
 void correct_elements(const RecordedSession& session, Work& work, SearchResult& result) {
-  constexpr double kMostOfBudget = 0.25;
+  constexpr double kMostOfBudget = 0.5;
   if (session.scene.mesh.tet_count() > kMostRefinedTets) return;
   const Fit& numbers = result.numbers.fast;
   result.discretisation_mm =
