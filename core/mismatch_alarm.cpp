@@ -31,7 +31,12 @@ double furthest(std::span<const Vec3> a, std::span<const Vec3> b) {
   return std::sqrt(square);
 }
 
-double evidence_of(double ratio) { return MismatchAlarm::kSlope * (ratio - 1.0); }
+// share: of v0 that is the model's error.
+MismatchAlarm::Evidence evidence_of(double ratio, double share) {
+  const double worse = 1.0 + (MismatchAlarm::kWorse - 1.0) * share;
+  return {0.5 * MismatchAlarm::kFreedoms * (ratio * (1.0 - 1.0 / worse) - std::log(worse)),
+          MismatchAlarm::kSlope * share * (ratio - 1.0)};
+}
 
 }  // namespace
 
@@ -54,7 +59,8 @@ void MismatchAlarm::reset() {
   forget_window();
   for (auto* places : {&drawn_at_, &drawn_misfit_}) std::fill(places->begin(), places->end(), Vec3::Zero());
   noise_variance_ = stated_variance_;
-  drawn_pad_travel_ = sum_ = evidence_ = ratio_ = 0.0;
+  drawn_pad_travel_ = ratio_ = 0.0;
+  sums_ = evidence_ = Evidence{};
   draws_ = 0;
   report_ = MismatchReport{};
 }
@@ -85,11 +91,13 @@ double MismatchAlarm::see(const MismatchFrame& frame) {
 
   const double v0 = variance(frame), model = model_variance(frame);
   const double ratio = misfit_ratio(v0);
-  double evidence = 0.0;
+  Evidence evidence;
   if (travel_ >= kFresh || (resting_ >= kRest && travel_ >= kLeastTravel)) {
-    evidence = std::min(1.0, travel_ / kFresh) * model / v0 * evidence_of(ratio);
+    evidence = evidence_of(ratio, model / v0);
+    const double fresh = std::min(1.0, travel_ / kFresh);
+    evidence = {fresh * evidence.large, fresh * evidence.lasting};
   } else if (resting_ >= kRest && drift() > kDrift * std::sqrt(v0 - model + kSteadiness * kSteadiness * model)) {
-    evidence = evidence_of(ratio);
+    evidence = evidence_of(ratio, 1.0);
   } else {
     return 0.0;
   }
@@ -97,7 +105,7 @@ double MismatchAlarm::see(const MismatchFrame& frame) {
   take_draw(evidence);
   std::copy(frame.moved.begin(), frame.moved.end(), drawn_at_.begin());
   drawn_pad_travel_ = frame.pad_travel;
-  return std::max(evidence, 0.0);
+  return std::max({evidence.large, evidence.lasting, 0.0});
 }
 
 void MismatchAlarm::follow_noise(const MismatchFrame& frame) {
@@ -189,12 +197,16 @@ double MismatchAlarm::drift() const {
   return std::sqrt(square / static_cast<double>(judged_.size()));
 }
 
-void MismatchAlarm::take_draw(double evidence) {
+void MismatchAlarm::take_draw(const Evidence& evidence) {
   ++draws_;
-  evidence_ = std::min(evidence, kMostOfDraw * kThreshold);
+  evidence_ = evidence;
+  const auto add = [](double& sum, double own, double threshold) {
+    sum = std::clamp(sum + std::min(own, kMostOfDraw * threshold), 0.0, kHighest * threshold);
+  };
+  add(sums_.large, evidence.large, kThresholdOfLarge);
+  add(sums_.lasting, evidence.lasting, kThresholdOfLasting);
   std::copy(mean_.begin(), mean_.end(), drawn_misfit_.begin());
-  sum_ = std::clamp(sum_ + evidence_, 0.0, kHighest * kThreshold);
-  report_.level = sum_ / kThreshold;
+  report_.level = std::max(sums_.large / kThresholdOfLarge, sums_.lasting / kThresholdOfLasting);
   report_.raised = report_.raised ? report_.level > kCleared : report_.level >= 1.0;
 }
 

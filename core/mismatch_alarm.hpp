@@ -5,9 +5,11 @@
 // part, and what its numbers' last digits do. Over a window that averages noise out it is
 //   m ~ N(e, v0),  v0 = noise + place + floor^2 + (e's own error)^2 + (model_error load)^2 + (lag speed)^2   per axis,
 // as large and in the same direction for as long as the load stays. So time is no evidence; what counts is that the
-// load moved on: a *draw* is taken each time the body has moved by a few millimetres. A draw's evidence is kSlope
-// times what the mean over markers of |m - e|^2 / (3 v0) is above 1, as far as v0 is the model's error. A one-sided
-// cumulative sum (Page 1954) of it raises the alarm. Where E[exp(evidence)] is at most 1 in a right model, the mean
+// load moved on: a *draw* is taken each time the body has moved by a few millimetres. With r, the mean over
+// markers of |m - e|^2 / (3 v0), a draw is evidence of something large: the log of the likelihood ratio of a misfit
+// that grows kWorse times as much with the load, r worth kFreedoms independent numbers, as neighbouring markers err
+// alike; and of something that lasts: kSlope times what r is above 1, as far as v0 is the model's error. One-sided
+// cumulative sums (Page 1954) of either raise the alarm. Where E[exp(evidence)] is at most 1 in a right model, the mean
 // time between false alarms is at least exp(threshold) draws (Lorden 1971), of which there are some 1200 an hour. What
 // it is, scripts/alarm measures on bodies in which nothing is missing. A misfit that moves while the load rests is a
 // draw, too: something goes on in the tissue.
@@ -37,6 +39,10 @@ struct MismatchFrame {
 
 class MismatchAlarm {
  public:
+  struct Evidence {
+    double large = 0.0, lasting = 0.0;
+  };
+
   // noise: mm per axis, of a marker in one frame, as stated.
   MismatchAlarm(const AlarmOptions& options, std::size_t markers, double noise);
 
@@ -49,14 +55,16 @@ class MismatchAlarm {
   std::span<const int> judged() const { return judged_; }
   // Of the newest draw, for studies: its evidence, the mean over markers of |m - e|^2 / (3 v0), the load and the RMS of
   // e in mm; and how many were taken.
-  double evidence() const { return evidence_; }
+  Evidence evidence() const { return evidence_; }
   double ratio() const { return ratio_; }
   double load() const { return load_; }
   double elements() const { return elements_; }
   long draws() const { return draws_; }
 
-  static constexpr double kWindow = 0.25;    // s
-  static constexpr double kThreshold = 8.0;  // of the cumulative sum
+  static constexpr double kWindow = 0.25;  // s
+  static constexpr double kThresholdOfLarge = 16.0, kThresholdOfLasting = 8.0;
+  static constexpr double kFreedoms = 6.0;
+  static constexpr double kWorse = 4.0;  // in square
   static constexpr double kSlope = 0.75;
   static constexpr double kFresh = 5.0;  // mm of travel: another draw
 
@@ -69,7 +77,7 @@ class MismatchAlarm {
   double variance(const MismatchFrame& frame) const;
   double misfit_ratio(double variance) const;
   double drift() const;
-  void take_draw(double evidence);
+  void take_draw(const Evidence& evidence);
 
   AlarmOptions options_;
   double stated_variance_;
@@ -84,7 +92,8 @@ class MismatchAlarm {
   double load_ = 0.0, load_square_ = 0.0, speed_square_ = 0.0, travel_ = 0.0;   // mm, mm^2, (mm/s)^2, mm
   double pad_travel_ = 0.0, drawn_pad_travel_ = 0.0, rested_pad_travel_ = 0.0;  // mm
   double resting_ = 0.0, watched_ = 0.0;                                        // s
-  double sum_ = 0.0, evidence_ = 0.0, ratio_ = 0.0, elements_ = 0.0, elements_square_ = 0.0;
+  Evidence sums_, evidence_;
+  double ratio_ = 0.0, elements_ = 0.0, elements_square_ = 0.0;
   long draws_ = 0;
   MismatchReport report_;
 };

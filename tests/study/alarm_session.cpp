@@ -169,7 +169,7 @@ void WatchedSession::note() {
   const auto* admm = dynamic_cast<const core::AdmmSimulator*>(simulator_.get());
   if (admm == nullptr || admm->alarm() == nullptr || admm->alarm()->draws() == draws_) return;
   draws_ = admm->alarm()->draws();
-  run_.evidences.push_back(admm->alarm()->evidence());
+  run_.evidences.push_back(admm->alarm()->evidence().lasting);
   run_.ratios.push_back(admm->alarm()->ratio());
   run_.misfits.push_back(now.misfit);
   run_.loads.push_back(admm->alarm()->load());
