@@ -17,14 +17,10 @@ bool is_finite(const PadInput& pad) {
   return pad.kind == PadInput::Kind::absent || pad.force.allFinite();
 }
 
-bool is_finite(const ProbeInput& probe) {
-  return !probe.seen || (probe.tissue_T_probe.rotation.allFinite() && probe.tissue_T_probe.translation.allFinite());
-}
-
-bool is_finite(const Observation& observation) {
+bool is_sound(const Observation& observation) {
   return std::isfinite(observation.dt) &&
          std::ranges::all_of(observation.pads, [](const PadInput& pad) { return is_finite(pad); }) &&
-         std::ranges::all_of(observation.probes, [](const ProbeInput& probe) { return is_finite(probe); });
+         std::ranges::all_of(observation.probes, [](const ProbeInput& probe) { return core::is_sound(probe); });
 }
 
 }  // namespace
@@ -93,7 +89,7 @@ void PbdSimulator::publish() {
 
 StepReport PbdSimulator::step(const Observation& observation) noexcept {
   StepReport report;
-  report.finite = is_finite(observation);
+  report.finite = is_sound(observation);
   if (!report.finite) return report;
   take_pads(observation.pads);
   const int due = substeps_due(observation.dt);

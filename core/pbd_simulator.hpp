@@ -28,7 +28,8 @@ class PbdSimulator final : public Simulator {
   void reset() override;
   // As many substeps as the measured time asks for; what is left is kept for the next frame. Of a gap longer than five
   // time steps only these are run. Pads and probes reach the frame's pose with its last substep and are evenly on their
-  // way before. Inputs that are not finite change nothing: the report says so.
+  // way before. Inputs that are not finite change nothing, nor do those with a probe that is not sound: the report says
+  // so.
   StepReport step(const Observation& observation) noexcept override;
   // The frame's nominal period; what a substep is says PbdOptions alone.
   void set_time_step(double time_step) override { time_step_ = time_step; }

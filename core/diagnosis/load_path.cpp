@@ -1,10 +1,10 @@
 #include "core/diagnosis/load_path.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "core/diagnosis/seen_motion.hpp"
+#include "core/rigid_transform.hpp"
 
 namespace tissued::core {
 
@@ -28,8 +28,9 @@ PadInput between(const PadInput& a, const PadInput& b, double share) {
   if (a.kind != b.kind || share <= 0.0) return a;
   if (share >= 1.0) return b;
   PadInput pad = a;
-  pad.center = (1.0 - share) * a.center + share * b.center;
-  pad.rotation = Eigen::Quaterniond(a.rotation).slerp(share, Eigen::Quaterniond(b.rotation)).toRotationMatrix();
+  const RigidTransform pose = interpolate({a.rotation, a.center}, {b.rotation, b.center}, share);
+  pad.rotation = pose.rotation;
+  pad.center = pose.translation;
   pad.force = (1.0 - share) * a.force + share * b.force;
   return pad;
 }
