@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <filesystem>
-#include <optional>
 
 #include "config/daemon_config.hpp"
 #include "config/document.hpp"
 #include "config/schema.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/explained_model.hpp"
-#include "daemon/job_pool.hpp"
 #include "daemon/run_score.hpp"
 #include "daemon/scene_loader.hpp"
 #include "daemon/trial_run.hpp"
@@ -31,12 +28,6 @@ bool ends_in_hold(const Recording& recording, std::size_t target) {
   return std::ranges::any_of(recording.hold(),
                              [&](std::size_t frame) { return recording.target(frame, target).has_value(); });
 }
-
-// A simulator and the scene that it is made of.
-struct Candidate {
-  config::DaemonConfig config;
-  core::Scene scene;
-};
 
 }  // namespace
 
@@ -90,42 +81,27 @@ void Calibration::try_bounds() const {
   }
 }
 
-std::vector<double> Calibration::operator()(const std::vector<SearchPoint>& points) const {
-  std::vector<std::optional<Candidate>> candidates(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    std::vector<std::string> overrides = overrides_at(points[i]);
-    overrides.emplace_back("simulator.threads=1");
-    overrides.emplace_back("alarm.enabled=false");
-    try {
-      Candidate candidate{config::config_for_bundle(request_.bundle, overrides), {}};
-      apply_model(candidate.config);
-      candidate.scene = load_scene(candidate.config.bundle);
-      candidates[i] = std::move(candidate);
-    } catch (const config::ConfigError&) {
-      continue;  // stays without a value
-    }
+double Calibration::part(const SearchPoint& point, std::size_t trial) const {
+  std::vector<std::string> overrides = overrides_at(point);
+  overrides.emplace_back("simulator.threads=1");
+  overrides.emplace_back("alarm.enabled=false");
+  config::DaemonConfig config;
+  try {
+    config = config::config_for_bundle(request_.bundle, overrides);
+  } catch (const config::ConfigError&) {
+    return kRefused;
   }
-  std::vector<double> sums(points.size() * recordings_.size(), 0.0);
-  const auto play = [&](std::size_t job) {
-    const std::optional<Candidate>& candidate = candidates[job / recordings_.size()];
-    if (!candidate) return;
-    const Recording& recording = recordings_[job % recordings_.size()];
-    if (recording.hold().empty()) return;
-    std::vector<std::size_t> order = recorded_order(recording);
-    order.resize(recording.hold().back() + 1);
-    const TrialRun run = run_trial(candidate->config, candidate->scene, recording, order);
-    const RunScore score = score_run(bundle_, recording, run);
-    for (std::size_t target = 0; target < score.targets.size(); ++target)
-      if (is_wanted(target) && std::isfinite(score.targets[target].hold_mm)) sums[job] += score.targets[target].hold_mm;
-  };
-  run_jobs(sums.size(), request_.threads, play, [](std::size_t) {});
-  std::vector<double> values(points.size(), kRefused);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!candidates[i]) continue;
-    values[i] = 0.0;
-    for (std::size_t r = 0; r < recordings_.size(); ++r) values[i] += sums[i * recordings_.size() + r];
-  }
-  return values;
+  apply_model(config);
+  const core::Scene scene = load_scene(config.bundle);
+  const Recording& recording = recordings_[trial];
+  if (recording.hold().empty()) return 0.0;
+  std::vector<std::size_t> order = recorded_order(recording);
+  order.resize(recording.hold().back() + 1);
+  const RunScore score = score_run(bundle_, recording, run_trial(config, scene, recording, order));
+  double sum = 0.0;
+  for (std::size_t target = 0; target < score.targets.size(); ++target)
+    if (is_wanted(target) && std::isfinite(score.targets[target].hold_mm)) sum += score.targets[target].hold_mm;
+  return sum;
 }
 
 config::Json Calibration::config_at(const SearchPoint& point) const {

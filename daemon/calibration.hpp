@@ -20,7 +20,6 @@ struct CalibrationRequest {
   std::vector<std::string> targets;    ///< empty: all
   std::vector<std::string> trials;     ///< empty: all that are not held out
   std::vector<std::string> overrides;  ///< of the configuration
-  int threads = 1;
 };
 
 /// How far a model's answers are from recordings: equation (6) of Tagliabue et al. 2019, the sum over trials and
@@ -34,9 +33,13 @@ class Calibration {
   Calibration(const Calibration&) = delete;  // recordings refer to the bundle
   Calibration& operator=(const Calibration&) = delete;
 
-  /// The sum at every point; kRefused where the configuration refuses a point, such as a cluster_radius below half of
-  /// its cluster_spacing. Points and trials are shared out over the threads.
-  std::vector<double> operator()(const std::vector<SearchPoint>& points) const;
+  /// How many trials are played.
+  std::size_t trials() const { return recordings_.size(); }
+
+  /// What a trial adds to the sum at `point`; kRefused where the configuration refuses the point, such as a
+  /// cluster_radius below half of its cluster_spacing. On one thread; may be called beside itself. Throws
+  /// core::ModelError where a model cannot be built.
+  double part(const SearchPoint& point, std::size_t trial) const;
 
   /// How many distances are summed up.
   std::size_t distances() const { return distances_; }

@@ -7,11 +7,12 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <thread>
 
 #include "daemon/calibration.hpp"
+#include "daemon/calibration_page.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/evaluation_trace.hpp"
+#include "daemon/shared_calibration.hpp"
 #include "protocol/text_fields.hpp"
 
 namespace tissued::daemon {
@@ -27,6 +28,7 @@ struct CalibrateArguments {
   double range = 0.4;
   GlobalSearchOptions global;
   int evaluations = 100;
+  int threads = 0;  // 0: as many as the process has processors
   fs::path out;
 };
 
@@ -96,7 +98,7 @@ class CalibrationProgress {
     const double elapsed = std::chrono::duration<double>(Clock::now() - begin_).count();
     const double each = elapsed / static_cast<double>(evaluated_);
     const double left = planned_ > asked_ ? each * static_cast<double>(planned_ - asked_) : 0.0;
-    std::fprintf(stderr, "%zu of %zu points: best %.4f mm a target, at most %.0f s left\n", asked_, planned_,
+    std::fprintf(stderr, "%zu of at most %zu points: best %.4f mm a target, at most %.0f s left\n", asked_, planned_,
                  best_ / static_cast<double>(distances_), std::ceil(left));
   }
 
@@ -108,30 +110,36 @@ class CalibrationProgress {
 };
 
 SearchResult search(const CalibrateArguments& a, const std::vector<VariedKey>& keys, const SearchPoint& start,
-                    const Calibration& calibration, EvaluationTrace& trace) {
+                    const Calibration& calibration, const SharedCalibration& shared, EvaluationTrace& trace) {
   const auto planned = static_cast<std::size_t>(start.empty() ? a.global.population * (a.global.generations + 1)
                                                               : a.evaluations + 2 * static_cast<int>(keys.size()));
   CalibrationProgress progress(planned, calibration.distances());
   const SearchObjective ask = [&](const std::vector<SearchPoint>& points) {
     const std::size_t before = trace.count();
-    const std::vector<double> values = trace.evaluate(points, std::cref(calibration));
+    const std::vector<double> values = trace.evaluate(points, std::cref(shared));
     progress.show(points.size(), trace.count() - before, values);
     return values;
   };
   return start.empty() ? search_globally(keys, ask, a.global) : search_around(keys, start, ask, a.evaluations);
 }
 
-void write_config(const fs::path& path, const config::Json& config) {
+void write_file(const fs::path& path, const std::string& text) {
   std::ofstream file(path);
-  file << config.dump(1) << '\n';
+  file << text;
   file.close();
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
 int run_calibrate(CalibrateArguments a) {
+  const MpiRanks ranks;
   std::vector<VariedKey> keys = parse_all_varied(a.vary);
   a.request.keys = keys;
   const Calibration calibration(a.request);
+  const SharedCalibration shared(ranks, calibration, a.threads > 0 ? a.threads : ranks.processors());
+  if (ranks.rank() != 0) {
+    shared.serve();
+    return kSuccess;
+  }
   SearchPoint start;
   if (!a.start.empty()) {
     start = read_start(a.start, keys);
@@ -139,10 +147,12 @@ int run_calibrate(CalibrateArguments a) {
   }
   fs::create_directories(a.out);
   EvaluationTrace trace(a.out / "evaluations.csv", heading_of(a, keys, start), keys);
-  const SearchResult best = search(a, keys, start, calibration, trace);
+  const SearchResult best = search(a, keys, start, calibration, shared, trace);
   if (best.value >= Calibration::kRefused)
     throw std::runtime_error("the configuration refuses every point between the bounds");
-  write_config(a.out / "config.json", calibration.config_at(best.point));
+  write_file(a.out / "config.json", calibration.config_at(best.point).dump(1) + '\n');
+  write_file(a.out / "index.html",
+             calibration_page(a.request, keys, start, trace.rows(), best, calibration.distances()));
   for (std::size_t i = 0; i < keys.size(); ++i) std::printf("%s %.6g\n", keys[i].key.c_str(), best.point[i]);
   std::printf("%.4f mm a target over %zu, %zu points evaluated\n%s\n",
               best.value / static_cast<double>(calibration.distances()), calibration.distances(), trace.count(),
@@ -155,14 +165,16 @@ int run_calibrate(CalibrateArguments a) {
 void add_calibrate_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
   CalibrateArguments& a = *arguments;
-  a.request.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   CLI::App* calibrate = app.add_subcommand("calibrate", "Numbers of a model that bring it closest to recordings");
   calibrate->footer(
       "Plays trials from rest and minimises the sum, over trials and targets, of the distance in the hold between "
       "where\n"
-      "a target is predicted and where it was recorded. Without --start by a population over all that --vary allows;\n"
+      "a target is predicted and where it was recorded. Without --start by a genetic algorithm over all that --vary "
+      "allows;\n"
       "with it by compass search around a configuration. Writes DIR/config.json, which tissued --config loads, and\n"
-      "DIR/evaluations.csv, every point that was evaluated; the same command goes on where that ends.\n"
+      "DIR/evaluations.csv, every point that was evaluated; the same command goes on where that ends. DIR/index.html "
+      "shows\n"
+      "the search. Under mpirun, trials are shared out over its processes.\n"
       "Example: tissuectl calibrate recordings/paper/gel --model pbd --vary simulator.pbd.cluster_spacing=5..25 --vary "
       "simulator.pbd.cluster_radius=4..15 --out gel");
   calibrate->add_option("BUNDLE", a.request.bundle, "Folder with bundle.json")->type_name("")->required();
@@ -209,10 +221,9 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       ->check(in_range(1, 1000000))
       ->capture_default_str();
   calibrate->add_option("--seed", a.global.seed, "Of the population")->type_name("N")->capture_default_str();
-  calibrate->add_option("--threads", a.request.threads, "Trials played at a time")
+  calibrate->add_option("--threads", a.threads, "Trials played at a time; as many as there are processors")
       ->type_name("N")
-      ->check(in_range(1, 256))
-      ->capture_default_str();
+      ->check(in_range(1, 256));
   calibrate->add_option("--out", a.out, "Folder for the results; made where it is missing")
       ->type_name("DIR")
       ->required();

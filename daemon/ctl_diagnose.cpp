@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <memory>
 #include <set>
-#include <thread>
 
 #include "daemon/bundle_diagnosis.hpp"
 #include "daemon/ctl_options.hpp"
@@ -74,13 +73,6 @@ std::string name_of_folder(const std::string& bundle) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-// This rank's share of the machine, and of what mpirun bound it to.
-int processors_of(const MpiRanks& ranks) {
-  const int bound = static_cast<int>(std::thread::hardware_concurrency());
-  const int share = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)) / ranks.on_this_machine();
-  return std::max(1, std::min(bound, share));
-}
-
 // One line for each bundle that is done, and a table of all at the end; `processors` of this rank share the bundles.
 int diagnose_several(const MpiRanks& ranks, int processors, const DiagnoseArguments& arguments) {
   const auto count = static_cast<int>(arguments.bundles.size());
@@ -129,7 +121,7 @@ int run_diagnose(const DiagnoseArguments& arguments) {
       throw UsageError("BUNDLE: two are called " + name_of_folder(bundle) +
                        ", and each writes to a folder of its name");
   if (arguments.bundles.size() == 1) return ranks.rank() == 0 ? diagnose_one(arguments) : kSuccess;
-  return diagnose_several(ranks, arguments.options.threads > 0 ? arguments.options.threads : processors_of(ranks),
+  return diagnose_several(ranks, arguments.options.threads > 0 ? arguments.options.threads : ranks.processors(),
                           arguments);
 }
 

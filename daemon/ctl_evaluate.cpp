@@ -152,8 +152,9 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   evaluate
       ->add_option(
           "--variant", a.variants,
-          "One more model: a name for it and keys of the configuration (tissued --print-schema); may be repeated")
-      ->type_name("NAME:KEY=VALUE,...")
+          "One more model: a name for it, and keys of the configuration (tissued --print-schema) or a file that has "
+          "them; may be repeated")
+      ->type_name("NAME:KEY=VALUE,...|NAME:FILE.json")
       ->allow_extra_args(false);
   evaluate
       ->add_option("--marker-sets", a.request.marker_sets, "Sets of markers, parted by commas; every set of the bundle")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/json_reader.hpp"
 #include "core/simulator.hpp"
 #include "daemon/ctl_options.hpp"
 
@@ -36,6 +37,18 @@ std::vector<std::string> split_overrides(const std::string& text) {
   return parts;
 }
 
+// Every value of a configuration but what it is about; lists are values.
+void flatten(const config::Json& value, const std::string& key, std::vector<std::string>& overrides) {
+  if (key == "format" || key == "bundle") return;
+  if (!value.is_object()) {
+    overrides.push_back(key + "=" + value.dump());
+    return;
+  }
+  for (const auto& [name, inner] : value.items()) flatten(inner, key.empty() ? name : key + "." + name, overrides);
+}
+
+bool names_file(const std::string& text) { return text.ends_with(".json") && text.find('=') == std::string::npos; }
+
 }  // namespace
 
 std::vector<std::string> model_names() {
@@ -57,7 +70,12 @@ EvaluatedModel named_model(const std::string& name) {
 EvaluatedModel parse_variant(const std::string& text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string::npos || colon == 0) {
-    throw UsageError("--variant: `" + text + "` is not NAME:KEY=VALUE,...");
+    throw UsageError("--variant: `" + text + "` is not NAME:KEY=VALUE,... or NAME:FILE.json");
+  }
+  if (const std::string file = text.substr(colon + 1); names_file(file)) {
+    EvaluatedModel model{text.substr(0, colon), {}};
+    flatten(config::read_json(file), "", model.overrides);
+    return model;
   }
   EvaluatedModel model{text.substr(0, colon), split_overrides(text.substr(colon + 1))};
   for (const std::string& override : model.overrides) {

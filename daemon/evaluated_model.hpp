@@ -16,7 +16,8 @@ struct EvaluatedModel {
 /// `paper`: KF-ADMM as the first paper prints it, `paper-admm`: the paper's open loop. Throws UsageError.
 EvaluatedModel named_model(const std::string& name);
 
-/// `NAME:KEY=VALUE,KEY=VALUE,...`; commas inside of [] belong to the value. Throws UsageError.
+/// `NAME:KEY=VALUE,KEY=VALUE,...`; commas inside of [] belong to the value. Or `NAME:FILE.json`: all that a
+/// configuration, such as `tissuectl calibrate` writes, says beside its bundle. Throws UsageError, config::ConfigError.
 EvaluatedModel parse_variant(const std::string& text);
 
 /// What named_model knows.

@@ -20,12 +20,16 @@ std::string figure(const std::string& panels, const std::string& legend, std::st
   return element("figure", legend + element("div", panels, "class=\"panels\"") + element("figcaption", caption));
 }
 
+std::string legend_item(const SeriesStyle& style, const std::string& name) {
+  return element("li", legend_swatch(style) + escape_html(name));
+}
+
+std::string legend(const std::string& items) { return element("ul", items, "class=\"legend\""); }
+
 std::string legend_of(const BundleEvaluation& bundle, const SetupList& setups) {
   std::string items;
-  for (const std::size_t s : setups) {
-    items += element("li", legend_swatch(setup_style(bundle, s)) + escape_html(setup_name(bundle.setups[s])));
-  }
-  return element("ul", items, "class=\"legend\"");
+  for (const std::size_t s : setups) items += legend_item(setup_style(bundle, s), setup_name(bundle.setups[s]));
+  return legend(items);
 }
 
 std::string panel_title(const BundleEvaluation& bundle, std::size_t trial) {
@@ -247,6 +251,12 @@ std::string coverage_figure(const BundleEvaluation& bundle, const SetupList& set
     panels += svg(plot);
   }
   return figure(panels, legend_of(bundle, setups), caption);
+}
+
+std::string dot_figure(const DotPlot& plot, std::string_view caption) {
+  std::string items;
+  for (const DotSeries& series : plot.series) items += legend_item(series.style, series.name);
+  return element("div", figure(svg(plot), legend(items), caption), "class=\"wide\"");
 }
 
 std::string step_time_figure(const BundleEvaluation& bundle, const SetupList& setups, std::string_view caption) {

@@ -40,6 +40,9 @@ std::string trial_figure(const BundleEvaluation& bundle, const SetupList& setups
 /// Share of measurements inside the ellipsoid of every confidence, as claimed and widened by the sensor's noise.
 std::string coverage_figure(const BundleEvaluation& bundle, const SetupList& setups, std::string_view caption);
 
+/// A plot of dots with the legend of its own series, over the whole width.
+std::string dot_figure(const DotPlot& plot, std::string_view caption);
+
 /// Time per step, median to 99 %.
 std::string step_time_figure(const BundleEvaluation& bundle, const SetupList& setups, std::string_view caption);
 

@@ -9,6 +9,7 @@
 #include "daemon/evaluation_summary.hpp"
 #include "daemon/html.hpp"
 #include "daemon/page_style.hpp"
+#include "daemon/tagliabue_comparison.hpp"
 #include "daemon/text_table.hpp"
 #include "daemon/version.hpp"
 
@@ -177,6 +178,7 @@ std::string bundle_section(const BundleEvaluation& evaluation) {
   } else {
     const bool is_paper = repeats_afshar(evaluation);
     if (is_paper) html += afshar_comparison(evaluation);
+    if (repeats_tagliabue(evaluation)) html += tagliabue_comparison(evaluation);
     html += general_figures(evaluation, is_paper);
   }
   return html + element("h3", "Time per step") +
@@ -201,10 +203,7 @@ std::string heading(const Evaluation& evaluation, int threads) {
 std::string evaluation_page(const Evaluation& evaluation, int threads) {
   std::string body = heading(evaluation, threads) + model_table(*evaluation.bundles().front()) + how_measured();
   for (const auto& bundle : evaluation.bundles()) body += bundle_section(*bundle);
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-         "<title>tissued: evaluation</title>\n" +
-         element("style", kPageStyle) + "</head>\n<body>\n" + element("main", body) + "</body>\n</html>\n";
+  return html_page("tissued: evaluation", kPageStyle, body);
 }
 
 }  // namespace tissued::daemon

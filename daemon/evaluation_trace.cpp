@@ -35,7 +35,7 @@ void EvaluationTrace::read() {
 }
 
 void EvaluationTrace::add(const SearchPoint& point, double value) {
-  rows_.push_back({value, point});
+  rows_.push_back({point, value});
   known_[point] = value;
 }
 
@@ -44,7 +44,7 @@ void EvaluationTrace::write() const {
   const std::filesystem::path beside = path_.string() + ".new";
   std::ofstream file(beside);
   file << heading_ << '\n' << columns_ << '\n';
-  for (const Row& row : rows_) {
+  for (const SearchResult& row : rows_) {
     std::string line;
     protocol::append_number(line, row.value);
     for (const double number : row.point) protocol::append_number(line += ',', number);

@@ -23,12 +23,10 @@ class EvaluationTrace {
   std::vector<double> evaluate(const std::vector<SearchPoint>& points, const SearchObjective& objective);
 
   std::size_t count() const { return rows_.size(); }
+  /// In the order in which they were evaluated.
+  const std::vector<SearchResult>& rows() const { return rows_; }
 
  private:
-  struct Row {
-    double value;
-    SearchPoint point;
-  };
   void add(const SearchPoint& point, double value);
   void read();
   void write() const;
@@ -36,7 +34,7 @@ class EvaluationTrace {
   std::filesystem::path path_;
   std::string heading_, columns_;
   std::size_t width_;
-  std::vector<Row> rows_;  // as they were evaluated
+  std::vector<SearchResult> rows_;
   std::map<SearchPoint, double> known_;
 };
 

@@ -38,6 +38,13 @@ std::string element(std::string_view name, std::string_view content, std::string
   return html;
 }
 
+std::string html_page(std::string_view title, std::string_view style, std::string_view body) {
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n" +
+         element("title", escape_html(title)) + "\n" + element("style", style) + "</head>\n<body>\n" +
+         element("main", body) + "</body>\n</html>\n";
+}
+
 std::string HtmlTable::cells_html(std::string_view tag, const std::vector<std::string>& cells) const {
   std::string html;
   for (std::size_t i = 0; i < cells.size(); ++i) {

@@ -12,6 +12,9 @@ std::string escape_html(std::string_view text);
 /// `<name>content</name>`, the content as it is: HTML. attributes: `class="a"` and so on.
 std::string element(std::string_view name, std::string_view content, std::string_view attributes = {});
 
+/// A whole page in English. body: HTML, within <main>; style: CSS.
+std::string html_page(std::string_view title, std::string_view style, std::string_view body);
+
 /// An HTML table with one row of headings. Cells are HTML; the first `text_columns` are left-aligned, all others are
 /// numbers, to the right.
 class HtmlTable {

@@ -1,6 +1,10 @@
 #include "daemon/mpi_ranks.hpp"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <cstdlib>
+#include <thread>
 
 #ifdef TISSUED_MPI
 // Only C: the old C++ bindings need a library of their own.
@@ -63,5 +67,11 @@ void MpiRanks::send(int, const std::string&) const {}
 std::optional<MpiRanks::Message> MpiRanks::poll() const { return std::nullopt; }
 
 #endif
+
+int MpiRanks::processors() const {
+  const int bound = static_cast<int>(std::thread::hardware_concurrency());
+  const int share = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)) / on_this_machine_;
+  return std::max(1, std::min(bound, share));
+}
 
 }  // namespace tissued::daemon

@@ -16,8 +16,8 @@ class MpiRanks {
 
   int rank() const { return rank_; }
   int size() const { return size_; }
-  /// How many of them share this machine, this one included.
-  int on_this_machine() const { return on_this_machine_; }
+  /// This rank's share of its machine's processors, and of what mpirun bound it to; at least 1.
+  int processors() const;
 
   struct Message {
     int from = 0;

@@ -24,13 +24,14 @@ struct SearchResult {
 };
 
 struct GlobalSearchOptions {
-  int population = 24;   ///< points that are evaluated at once; at least 8
+  int population = 24;   ///< points that are evaluated at once; at least 8, an odd number is made even
   int generations = 20;  ///< after the first, random one
   unsigned seed = 1;
 };
 
-/// The first guess: extended ant colony optimisation (pagmo's gaco), the population-based method of pagmo that hands
-/// out a whole generation at a time, so that it can be shared out. The same seed and objective make the same calls.
+/// The first guess: a genetic algorithm (pagmo's sga: tournament, simulated binary crossover, polynomial mutation, the
+/// best of parents and children live on), a generation at a time so that it can be shared out; what was asked for once
+/// is not asked for again. The same seed and objective make the same calls.
 SearchResult search_globally(const std::vector<VariedKey>& keys, const SearchObjective& objective,
                              const GlobalSearchOptions& options);
 

@@ -81,7 +81,9 @@ void serve(const MpiRanks& ranks, int workers, const std::function<json(int)>& j
   while (left > 0) {
     if (const std::optional<Done> done = own.next_free())
       ranks.send(0, text_of({{"number", done->number}, {"result", done->result}}));
-    while (const auto answer = ranks.poll()) {
+    while (left > 0) {  // what comes later is no answer of this call's
+      const auto answer = ranks.poll();
+      if (!answer) break;
       const int number = json::parse(answer->text).get<int>();
       own.give(number);
       if (number == kNoMore) --left;

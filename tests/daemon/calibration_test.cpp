@@ -6,6 +6,7 @@
 #include "config/daemon_config.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/evaluation.hpp"
+#include "daemon/shared_calibration.hpp"
 #include "tests/daemon/evaluation_bundle.hpp"
 
 using namespace tissued;
@@ -53,18 +54,19 @@ TEST_CASE("A calibration's objective is the sum of what evaluate finds in the ho
   const std::vector<SearchPoint> points{{11.0, 8.5}, {9.0, 10.0}, {20.0, 3.0}};
   const Calibration calibration(request);
   CHECK(calibration.distances() == 2);
-  const std::vector<double> values = calibration(points);
+  const MpiRanks ranks;
+  const std::vector<double> values = SharedCalibration(ranks, calibration, 1)(points);
   CHECK(values[0] == Approx(evaluated_sum(request, points[0])).epsilon(1e-12));
   CHECK(values[1] == Approx(evaluated_sum(request, points[1])).epsilon(1e-12));
   CHECK(values[0] != values[1]);
   // The radius is below half of the spacing.
   CHECK(values[2] == Calibration::kRefused);
-  request.threads = 3;
-  CHECK(Calibration(request)(points) == values);
+  CHECK(SharedCalibration(ranks, calibration, 3)(points) == values);
   request.trials = {"deep"};
   const Calibration deep(request);
   CHECK(deep.distances() == 1);
-  CHECK(deep({points[0]}).front() == Approx(evaluated_sum(request, points[0])).epsilon(1e-12));
+  CHECK(deep.trials() == 1);
+  CHECK(deep.part(points[0], 0) == Approx(evaluated_sum(request, points[0])).epsilon(1e-12));
 }
 
 TEST_CASE("What cannot be calibrated is named") {

@@ -5,6 +5,7 @@
 #include "config/daemon_config.hpp"
 #include "core/simulator.hpp"
 #include "daemon/ctl_options.hpp"
+#include "tests/daemon/temporary_folder.hpp"
 
 using namespace tissued;
 using namespace tissued::daemon;
@@ -49,6 +50,17 @@ TEST_CASE("A variant is a name and keys, and commas inside of brackets are part 
   CHECK(model.name == "heavy");
   CHECK(model.overrides ==
         std::vector<std::string>{"gravity=[0,0,-1]", "simulator.kind=admm", "markers=[\"M1\",\"M2\"]"});
+}
+
+TEST_CASE("A variant by a file is all that the configuration says beside its bundle") {
+  const TemporaryFolder folder;
+  const auto file = folder.write("tuned.json", R"({"format": "tissued-config/1", "bundle": "/nowhere",
+    "simulator": {"kind": "pbd", "pbd": {"cluster_spacing": 9.5}}, "markers": ["M1", "M2"]})");
+  const EvaluatedModel model = parse_variant("tuned:" + file.string());
+  CHECK(model.name == "tuned");
+  CHECK(model.overrides == std::vector<std::string>{"simulator.kind=\"pbd\"", "simulator.pbd.cluster_spacing=9.5",
+                                                    "markers=[\"M1\",\"M2\"]"});
+  CHECK_THROWS_AS(parse_variant("tuned:" + (folder.path() / "missing.json").string()), config::ConfigError);
 }
 
 TEST_CASE("What is no variant is refused") {

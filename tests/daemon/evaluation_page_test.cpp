@@ -12,10 +12,11 @@ using namespace tissued::daemon;
 
 TEST_CASE("The page is well-formed, loads nothing, runs nothing, and says what it is not") {
   const TemporaryFolder folder;
-  const std::string name = GENERATE("cube", "table1");  // also under the name of the first paper's bundle
+  const std::string name = GENERATE("cube", "table1", "gel", "cirs");  // also under the names of the papers' bundles
   EvaluationRequest request;
   request.bundles = {write_evaluation_bundle(folder, name).string()};
-  request.models = {named_model("admm"), named_model("paper"), parse_variant("a<b>&c:material.youngs_modulus=5")};
+  request.models = {named_model("admm"), named_model("paper"), parse_variant("a<b>&c:material.youngs_modulus=5"),
+                    named_model("rigid"), named_model("pbd")};
   Evaluation evaluation(request);
   evaluation.run(2, [](std::size_t) {});
   const std::string page = evaluation_page(evaluation, 2);
@@ -27,6 +28,7 @@ TEST_CASE("The page is well-formed, loads nothing, runs nothing, and says what i
     CHECK(page.find(loads) == std::string::npos);
   }
   CHECK((page.find("Beside the first paper") != std::string::npos) == (name == "table1"));
+  CHECK((page.find("Beside the second paper") != std::string::npos) == (name == "gel" || name == "cirs"));
   const auto file = folder.write("index.html", page);
   const std::string command = std::string(TISSUED_PYTHON) +
                               " -c 'import sys, xml.etree.ElementTree as E; E.parse(sys.argv[1])' " + file.string();
