@@ -160,6 +160,11 @@ StalenessConfig read_staleness(const Document& document) {
   return {to_nanoseconds(stale), to_nanoseconds(lost)};
 }
 
+std::optional<std::uint16_t> read_metrics_port(const Document& document) {
+  const int port = document.value("/metrics/port", -1);
+  return port < 0 ? std::nullopt : std::optional(static_cast<std::uint16_t>(port));
+}
+
 LogLevel read_log_level(const Document& document) {
   constexpr std::array<std::string_view, 7> names{"trace", "debug", "info", "warn", "error", "critical", "off"};
   const std::string name = document.value<std::string>("/log/level", "warn");
@@ -223,6 +228,7 @@ DaemonConfig read_config(const Document& document, const fs::path& folder) {
   config.registration = read_registration(document, config.bundle);
   config.staleness = read_staleness(document);
   config.record = document.value<std::string>("/record", "");
+  config.metrics.port = read_metrics_port(document);
   config.log_level = read_log_level(document);
   return config;
 }

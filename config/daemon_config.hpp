@@ -43,6 +43,11 @@ struct StalenessConfig {
   std::chrono::nanoseconds lost_after = std::chrono::seconds(1);
 };
 
+// Metrics over HTTP, on this machine alone.
+struct MetricsConfig {
+  std::optional<std::uint16_t> port;  // 0: any free one; nothing: no metrics
+};
+
 enum class LogLevel { trace, debug, info, warn, error, critical, off };
 
 struct DaemonConfig {
@@ -60,6 +65,7 @@ struct DaemonConfig {
   core::RigidTransform marker_correction;
   StalenessConfig staleness;
   std::filesystem::path record;  // where everything that is received and answered is recorded; empty: nowhere
+  MetricsConfig metrics;
   LogLevel log_level = LogLevel::warn;
 };
 

@@ -97,15 +97,18 @@ std::string calibration_page(const CalibrationRequest& request, const std::vecto
   if (!start.empty()) lead += ", at the start " + mean(evaluated.front().value);
   std::string panels = error_plot(evaluated, distances);
   for (std::size_t i = 0; i < bounds.size(); ++i) panels += number_plot(evaluated, bounds[i], i);
-  const std::string figure = element(
-      "figure", element("div", panels, "class=\"panels\"") +
-                    element("figcaption", "Dotted: every point in the order of evaluation, gaps where the configuration "
-                                          "refuses one. Solid: the best so far."));
+  const std::string figure =
+      element("figure", element("div", panels, "class=\"panels\"") +
+                            element("figcaption",
+                                    "Dotted: every point in the order of evaluation, gaps where the configuration "
+                                    "refuses one. Solid: the best so far."));
   return html_page("tissued: calibration", kPageStyle,
                    element("h1", "Numbers that bring a model closest to recordings") +
                        element("p", lead + ".", "class=\"lead\"") +
-                       element("div", "This is research software, not a medical device. Nobody has tested it for "
-                                      "clinical use.", "class=\"notice\" role=\"note\"") +
+                       element("div",
+                               "This is research software, not a medical device. Nobody has tested it for "
+                               "clinical use.",
+                               "class=\"notice\" role=\"note\"") +
                        result_table(bounds, start, best) + figure);
 }
 

@@ -9,6 +9,7 @@
 
 #include "daemon/answer_messages.hpp"
 #include "daemon/bound_socket.hpp"
+#include "daemon/metrics_text.hpp"
 #include "daemon/monotonic_clock.hpp"
 #include "daemon/name_table.hpp"
 #include "daemon/validity.hpp"
@@ -250,7 +251,10 @@ void ClientServer::send_predictions(Peer& peer, std::uint32_t in_reply_to, bool 
     sender_.send(peer, in_reply_to, prediction_part(answer, verdict, send_ns, part));
   }
   const bool held = !answer.has_frame || (answer.reasons & protocol::kDiverged) != 0;
-  if (fresh && !held) latency_.add(monotonic_ns() - answer.receive_ns);
+  if (!fresh || held) return;
+  const std::uint64_t latency_ns = monotonic_ns() - answer.receive_ns;
+  latency_.add(latency_ns);
+  latencies_.add(latency_ns);
 }
 
 void ClientServer::send_probe_views(Peer& peer, std::uint32_t in_reply_to) {
@@ -265,8 +269,7 @@ void ClientServer::send_probe_views(Peer& peer, std::uint32_t in_reply_to) {
   }
 }
 
-void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
-  const std::uint64_t now_ns = monotonic_ns();
+protocol::Status ClientServer::status(std::uint64_t now_ns) const {
   const Verdict verdict = judge(simulation_.answer(), now_ns, staleness_);
   protocol::Status status;
   status.validity = verdict.validity;
@@ -283,6 +286,16 @@ void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
   status.tracker_rate_hz = tracker_rate_hz_();
   status.step_rate_hz = step_rate_.rate_hz(now_ns);
   status.alarm = alarm_state(simulation_.answer().alarm);
+  return status;
+}
+
+std::string ClientServer::metrics() const {
+  const protocol::Status now = status(monotonic_ns());
+  return metrics_text({now, simulation_.answer(), counters_, latencies_, step_times_});
+}
+
+void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
+  protocol::Status status = this->status(monotonic_ns());
   for (std::size_t part = 0; part < status_part_count(); ++part) {
     fill_status_counters(status, counters_, part);
     sender_.send(peer, in_reply_to, status);
@@ -294,6 +307,7 @@ void ClientServer::on_published() {
     const std::uint64_t now_ns = monotonic_ns();
     if (simulation_.answer().has_frame) {
       step_time_.add(simulation_.answer().step_time_ns);
+      step_times_.add(simulation_.answer().step_time_ns);
       step_rate_.note(now_ns);
     }
     for (Peer& peer : peers_.all()) {

@@ -14,6 +14,7 @@
 #include "core/scene.hpp"
 #include "daemon/bulk_transfers.hpp"
 #include "daemon/counters.hpp"
+#include "daemon/duration_histogram.hpp"
 #include "daemon/latency_window.hpp"
 #include "daemon/message_sender.hpp"
 #include "daemon/peer_table.hpp"
@@ -21,6 +22,7 @@
 #include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
 #include "protocol/client_messages.hpp"
+#include "protocol/status_messages.hpp"
 
 namespace tissued::daemon {
 
@@ -44,6 +46,9 @@ class ClientServer {
 
   const LatencyWindow& latency() const { return latency_; }
   const LatencyWindow& step_time() const { return step_time_; }
+  /// How the daemon is doing, without the counters.
+  protocol::Status status(std::uint64_t now_ns) const;
+  std::string metrics() const;
 
  private:
   void wait_readable();
@@ -92,6 +97,7 @@ class ClientServer {
   std::array<std::vector<protocol::Name>, 5> names_;     // by protocol::NameKind
   LatencyWindow latency_;                                // ns, from receiving a frame to sending its predictions
   LatencyWindow step_time_;                              // ns
+  DurationHistogram latencies_, step_times_;             // since the start
   RateMeter step_rate_;
   std::uint64_t started_ns_;
   bool ticking_ = false;

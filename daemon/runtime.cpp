@@ -41,7 +41,9 @@ Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
           context_, config, simulator.scene(), simulation_, counters_,
           [this] { return receiver_.rate_hz(monotonic_ns()); }, recorder_.get()),
       published_watch_(context_, published_.descriptor()),
-      signals_(context_) {}
+      signals_(context_) {
+  if (config.metrics.port) metrics_.emplace(context_, *config.metrics.port, [this] { return server_.metrics(); });
+}
 
 Runtime::~Runtime() {
   simulation_.stop();
@@ -52,10 +54,12 @@ void Runtime::run() {
   watch_simulation();
   receiver_.start();
   server_.start();
+  if (metrics_) metrics_->start();
   context_.run();
   simulation_.stop();
   receiver_.close();
   server_.close();
+  if (metrics_) metrics_->close();
   if (recorder_) recorder_->stop();
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "daemon/counters.hpp"
 #include "daemon/event_fd.hpp"
 #include "daemon/frame_processor.hpp"
+#include "daemon/metrics_server.hpp"
 #include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
 #include "daemon/tracker_receiver.hpp"
@@ -25,7 +27,7 @@ namespace tissued::daemon {
 /// The daemon: sockets on the thread that calls run(), the simulation on one of its own.
 class Runtime {
  public:
-  /// Binds both sockets; the simulator must outlive the runtime and have the config's scene, with its mesh.
+  /// Binds all sockets; the simulator must outlive the runtime and have the config's scene, with its mesh.
   /// Where the configuration asks for a recording, its file is created; when that ends early, on_recording_failed is
   /// called with one line, on a thread of its own.
   /// Throws BindError, core::ModelError, protocol::FileError, std::system_error.
@@ -37,6 +39,10 @@ class Runtime {
 
   std::uint16_t tracker_port() const { return receiver_.port(); }
   std::uint16_t client_port() const { return server_.port(); }
+  /// Nothing where the configuration wants no metrics.
+  std::optional<std::uint16_t> metrics_port() const {
+    return metrics_ ? std::optional(metrics_->port()) : std::nullopt;
+  }
 
   /// Serves until stop(); then both threads are at rest and the sockets closed.
   void run();
@@ -66,6 +72,7 @@ class Runtime {
   SimulationThread simulation_;
   TrackerReceiver receiver_;
   ClientServer server_;
+  std::optional<MetricsServer> metrics_;
   boost::asio::posix::stream_descriptor published_watch_;
   boost::asio::signal_set signals_;
   std::function<void(const AlarmAnswer&)> on_alarm_;

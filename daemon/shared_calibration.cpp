@@ -38,8 +38,8 @@ std::vector<double> SharedCalibration::parts_of(const std::vector<SearchPoint>& 
   };
   bool failed = false;
   const auto look = [&failed](int, const json& part) { failed = failed || part.is_string(); };
-  const json parts = share_jobs(ranks_, static_cast<int>(points.size() * trials), workers_, play, look,
-                                [&failed] { return failed; });
+  const json parts =
+      share_jobs(ranks_, static_cast<int>(points.size() * trials), workers_, play, look, [&failed] { return failed; });
   for (const json& part : parts)
     if (part.is_string()) throw std::runtime_error(part.get<std::string>());
   return parts.is_array() ? parts.get<std::vector<double>>() : std::vector<double>();

@@ -72,7 +72,9 @@ int serve(const config::DaemonConfig& config, core::Simulator& simulator, bool r
       spdlog::warn("no real-time scheduling: {} (see ulimit -r and -l)", refused.message());
     }
   }
-  std::printf("listening tracker=%u clients=%u\n", unsigned{runtime.tracker_port()}, unsigned{runtime.client_port()});
+  std::printf("listening tracker=%u clients=%u", unsigned{runtime.tracker_port()}, unsigned{runtime.client_port()});
+  if (const auto port = runtime.metrics_port()) std::printf(" metrics=%u", unsigned{*port});
+  std::printf("\n");
   std::fflush(stdout);
   spdlog::info("{}: {} nodes, {} tetrahedra, {} markers, {} pads, {} targets, simulator {}", simulator.scene().name,
                simulator.scene().mesh.node_count(), simulator.scene().mesh.tet_count(),

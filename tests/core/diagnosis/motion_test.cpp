@@ -137,18 +137,11 @@ TEST_CASE("a swing is stepped through until it is calm, and where it settles not
   CHECK(first.keys().size() < all.keys().size() / 2);
 }
 
-TEST_CASE("of a body that swings, its damping and the mass of its load are found", "[diagnosis]") {
-  RecordedSession session;
-  session.scene = tower();
-  session.marker_noise = session.scene.marker_noise = 0.02;
-  session.trials = {let_go(session.scene, "own weight", 1.5, {}),
-                    let_go(session.scene, "loaded", 1.5, {load_at_top(0.1)})};
-  std::mt19937 generator(11);
-  PathSolver truth(session.scene, {effect("damping"), effect("attached-mass")});
-  truth.set_parameter("youngs_modulus", 27.0);
-  truth.set_parameter("damping.alpha", 9.0);
-  truth.set_parameter("attached-mass.load", 0.1);
-  truth.set_parameter("attached-mass.mass", 10.2);
+namespace {
+
+// What the markers of a body with these effects show, with noise.
+void record(RecordedSession& session, PathSolver& truth, unsigned seed) {
+  std::mt19937 generator(seed);
   for (RecordedTrial& trial : session.trials) {
     const LoadPath path(trial, session.scene, MotionSteps{0.001});
     PathAnswer answer;
@@ -157,6 +150,48 @@ TEST_CASE("of a body that swings, its damping and the mass of its load are found
     for (Eigen::Index f = 0; f < trial.seen.rows(); ++f)
       for (Eigen::Index c = 0; c < trial.seen.cols(); ++c) trial.seen(f, c) += 0.03 * symmetric_random(generator);
   }
+}
+
+double found(const Diagnosis& diagnosis, const std::string& kind, const std::string& name) {
+  for (const Finding& finding : diagnosis.findings)
+    for (const FindingNumber& parameter : finding.parameters)
+      if (finding.kind == kind && parameter.name == name) return parameter.value[0];
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
+TEST_CASE("of a body that swings and creeps, both relaxation times are found", "[diagnosis]") {
+  RecordedSession session;
+  session.scene = tower();
+  session.marker_noise = session.scene.marker_noise = 0.02;
+  session.trials = {let_go(session.scene, "own weight", 3.0, {})};
+  PathSolver truth(session.scene, {effect("viscoelasticity")});
+  truth.set_parameter("youngs_modulus", 30.0);
+  for (const auto& [name, value] : {std::pair{"g1", 0.25}, {"tau1", 0.9}, {"g2", 0.15}, {"tau2", 0.04}})
+    truth.set_parameter(std::string("viscoelasticity.") + name, value);
+  record(session, truth, 12);
+  const Diagnosis diagnosis = diagnose(session, SearchOptions{});
+  CHECK(diagnosis.verdict == Verdict::missing_physics);
+  const double slow = found(diagnosis, "viscoelasticity", "tau1"), fast = found(diagnosis, "viscoelasticity", "tau2");
+  CHECK(std::max(slow, fast) == Approx(0.9).epsilon(0.2));
+  CHECK(std::min(slow, fast) == Approx(0.04).epsilon(0.2));
+  CHECK(found(diagnosis, "viscoelasticity", "g1") + found(diagnosis, "viscoelasticity", "g2") ==
+        Approx(0.4).epsilon(0.1));
+}
+
+TEST_CASE("of a body that swings, its damping and the mass of its load are found", "[diagnosis]") {
+  RecordedSession session;
+  session.scene = tower();
+  session.marker_noise = session.scene.marker_noise = 0.02;
+  session.trials = {let_go(session.scene, "own weight", 1.5, {}),
+                    let_go(session.scene, "loaded", 1.5, {load_at_top(0.1)})};
+  PathSolver truth(session.scene, {effect("damping"), effect("attached-mass")});
+  truth.set_parameter("youngs_modulus", 27.0);
+  truth.set_parameter("damping.alpha", 9.0);
+  truth.set_parameter("attached-mass.load", 0.1);
+  truth.set_parameter("attached-mass.mass", 10.2);
+  record(session, truth, 11);
   const Diagnosis diagnosis = diagnose(session, SearchOptions{});
   CHECK(diagnosis.verdict == Verdict::missing_physics);
   std::set<std::string> kinds;
