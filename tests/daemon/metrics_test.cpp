@@ -63,7 +63,10 @@ TEST_CASE("Metrics say what the daemon does, as another reader of the format und
   const std::uint16_t port = daemon.runtime.metrics_port().value();
   FakeClient client(daemon.runtime.client_port());
   client.ask<tissued::protocol::SubscribeReply>(
-      tissued::protocol::Subscribe{.what = tissued::protocol::kTargets, .precision = tissued::protocol::Precision::float32, .lease_s = 60, .rate_hz = 0});
+      tissued::protocol::Subscribe{.what = tissued::protocol::kTargets,
+                                   .precision = tissued::protocol::Precision::float32,
+                                   .lease_s = 60,
+                                   .rate_hz = 0});
   FakeTracker tracker(daemon.runtime.tracker_port());
   for (std::uint32_t number = 1; number <= 20; ++number) {
     tracker.send(frame_with_shift(number, 0.1 * number).frame);
@@ -94,8 +97,7 @@ TEST_CASE("Whoever asks for something else over HTTP is told so, and the daemon 
   const std::uint16_t port = daemon.runtime.metrics_port().value();
   CHECK_THAT(get(port, "/"), Catch::StartsWith("HTTP/1.1 404"));
   CHECK_THAT(get(port, "/metrics/../etc/passwd"), Catch::StartsWith("HTTP/1.1 404"));
-  CHECK_THAT(talk(port, "POST /metrics HTTP/1.1\r\nContent-Length: 0\r\n\r\n"),
-             Catch::StartsWith("HTTP/1.1 405"));
+  CHECK_THAT(talk(port, "POST /metrics HTTP/1.1\r\nContent-Length: 0\r\n\r\n"), Catch::StartsWith("HTTP/1.1 405"));
   CHECK(body_of(talk(port, "HEAD /metrics HTTP/1.1\r\n\r\n")).empty());
   CHECK(talk(port, "no HTTP at all\r\n\r\n").empty());
   CHECK(talk(port, "GET /metrics HTTP/1.1\r\nX: " + std::string(20000, 'x') + "\r\n\r\n").empty());
