@@ -41,11 +41,18 @@ std::string model_table(const BundleEvaluation& bundle) {
     if (setup.model.name == last) continue;
     last = setup.model.name;
     const core::SimulatorOptions& options = setup.config.simulator;
-    const bool as_printed = options.solver.scheme == core::Scheme::algorithm_1;
-    table.add_row({element("b", escape_html(last)), escape_html(options.kind),
-                   options.solver.element == core::Element::p1 ? "p1" : "smoothed",
-                   as_printed ? "algorithm-1" : "per-frame", std::to_string(options.solver.iterations),
-                   element("code", escape_html(join(setup.model.overrides, " ")))});
+    std::vector<std::string> row{element("b", escape_html(last)), escape_html(options.kind)};
+    if (options.kind == "admm" || options.kind == "kf-admm") {
+      row.push_back(options.solver.element == core::Element::p1 ? "p1" : "smoothed");
+      row.push_back(options.solver.scheme == core::Scheme::algorithm_1 ? "algorithm-1" : "per-frame");
+      row.push_back(std::to_string(options.solver.iterations));
+    } else {
+      const bool is_fem = options.kind == "fem";
+      row.push_back(is_fem ? options.fem.element == core::FemElement::p1 ? "p1" : "p2" : "–");
+      row.insert(row.end(), {"–", is_fem ? "to the end" : "–"});
+    }
+    row.push_back(element("code", escape_html(join(setup.model.overrides, " "))));
+    table.add_row(std::move(row));
   }
   return table.html("Models: what of the configuration makes them; everything else is at its default.");
 }

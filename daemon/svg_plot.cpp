@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 
 #include "daemon/html.hpp"
 
@@ -78,14 +79,30 @@ std::string x_axis(const Frame& frame, int about) {
   return out;
 }
 
-// Labels stand to the right of the plot, where no series is.
-std::string across(const Frame& frame, const std::vector<ReferenceLine>& references) {
+// Rising values moved as little as one pass down and one up need to be `apart` from each other and not above `most`.
+void spread(std::vector<double>& values, double apart, double most) {
+  for (std::size_t i = 1; i < values.size(); ++i) values[i] = std::max(values[i], values[i - 1] + apart);
+  for (std::size_t i = values.size(); i-- > 0;) {
+    values[i] = std::min(values[i], most);
+    most = values[i] - apart;
+  }
+}
+
+// Labels stand to the right of the plot, where no series is, and beside each other where lines lie close together.
+std::string across(const Frame& frame, std::vector<ReferenceLine> references) {
+  constexpr double kLabelHeight = 12.0;  // px
+  std::erase_if(references, [&](const ReferenceLine& reference) {
+    return !(reference.value >= frame.y.low && reference.value <= frame.y.high);
+  });
+  std::ranges::stable_sort(references, std::greater(), &ReferenceLine::value);
+  std::vector<double> labels;
+  for (const ReferenceLine& reference : references) labels.push_back(frame.at_y(reference.value) + 4);
+  spread(labels, kLabelHeight, frame.bottom + 4);
   std::string out;
-  for (const ReferenceLine& reference : references) {
-    if (reference.value < frame.y.low || reference.value > frame.y.high) continue;
-    const double y = frame.at_y(reference.value);
+  for (std::size_t i = 0; i < references.size(); ++i) {
+    const double y = frame.at_y(references[i].value);
     out += line(frame.left, y, frame.right, y, "reference");
-    out += text(frame.right + 5, y + 4, reference.label, "tick");
+    out += text(frame.right + 5, labels[i], references[i].label, "tick");
   }
   return out;
 }

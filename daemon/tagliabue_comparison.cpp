@@ -131,7 +131,7 @@ std::string lesion_table(const Shown& shown) {
   std::vector<double> spreads;
   for (std::size_t push = 0; push < errors.pushes.size(); ++push)
     spreads.push_back(population_std(errors.column(push)));
-  add("mean", errors.push_means(), cell(shown, errors.mean()), "", true);
+  add("mean", errors.push_means(), shown.is_printed ? "" : cell(shown, errors.mean()), "", true);
   add("STD", spreads, "", "", true);
   return element("div", table.html(element("b", escape_html(shown.name))));
 }
@@ -166,8 +166,10 @@ std::string against_rigid(const BundleEvaluation& bundle, const std::vector<Show
       if (means[t] > 0.5 * still_means[t])
         worse += (worse.empty() ? "" : ", ") + escape_html(model.errors.targets[t]) + " " +
                  number(means[t] / still_means[t], 2);
+    if (worse.empty()) worse = "none";
+    if (model.name == setup_name(bundle.setups[*rigid])) worse = "–";
     table.add_row({escape_html(model.name), number(model.errors.mean(), 2),
-                   number(model.errors.mean() / still.mean(), 2), worse.empty() ? "none" : worse});
+                   number(model.errors.mean() / still.mean(), 2), worse});
   }
   return table.html(
       "Beside targets that stay where they were (rigid). The paper: its deformable models halve rigid's error at every "
@@ -206,6 +208,7 @@ double computing_seconds(const EvaluatedRun& run) {
 }
 
 std::string times(const BundleEvaluation& bundle) {
+  constexpr double kLeastTime = 1e-3;  // ms, of a step that does something
   HtmlTable table({"model", "step p50, ms", "step p99, ms", "steps a second", "a whole push, s", "which lasted, s"}, 1);
   for (const std::size_t s : best_seen_setups(bundle)) {
     const SetupSummary summary = summarize(bundle, s);
@@ -214,8 +217,9 @@ std::string times(const BundleEvaluation& bundle) {
       computed.push_back(computing_seconds(run));
       lasted.push_back(run.recorded.empty() ? NAN : run.recorded.back().time);
     }
+    const bool is_timed = summary.step_p50_ms > kLeastTime;
     table.add_row({escape_html(setup_name(bundle.setups[s])), number(summary.step_p50_ms, 3),
-                   number(summary.step_p99_ms, 3), number(1e3 / summary.step_p50_ms, 0),
+                   number(summary.step_p99_ms, 3), number(is_timed ? 1e3 / summary.step_p50_ms : NAN, 0),
                    number(finite_mean(computed), 2), number(finite_mean(lasted), 2)});
   }
   table.add_total({printed("paper, PBD"), "", "", "", printed(fixed(tagliabue::kPbdTime, 2)), ""});
