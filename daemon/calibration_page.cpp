@@ -92,7 +92,7 @@ std::string calibration_page(const CalibrationRequest& request, const std::vecto
                      ", targets: " + list_or_all(request.targets) + "; trials: " + list_or_all(request.trials) + ". " +
                      (start.empty() ? "A genetic algorithm" : "Compass search from a configuration") + ", " +
                      std::to_string(evaluated.size()) + " points evaluated: mean error of a target in the hold " +
-                     element("b", mean(best.value));
+                     "<b>" + mean(best.value) + "</b>";
   // The first point of fine tuning is its start.
   if (!start.empty()) lead += ", at the start " + mean(evaluated.front().value);
   std::string panels = error_plot(evaluated, distances);

@@ -112,7 +112,7 @@ class CalibrationProgress {
 SearchResult search(const CalibrateArguments& a, const std::vector<VariedKey>& keys, const SearchPoint& start,
                     const Calibration& calibration, const SharedCalibration& shared, EvaluationTrace& trace) {
   const auto planned = static_cast<std::size_t>(start.empty() ? a.global.population * (a.global.generations + 1)
-                                                              : a.evaluations + 2 * static_cast<int>(keys.size()));
+                                                              : a.evaluations + 2 * static_cast<int>(keys.size()) + 1);
   CalibrationProgress progress(planned, calibration.distances());
   const SearchObjective ask = [&](const std::vector<SearchPoint>& points) {
     const std::size_t before = trace.count();
