@@ -1,5 +1,6 @@
 // The program itself, as a user or a script starts it.
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cstdio>
@@ -287,6 +288,22 @@ TEST_CASE("calibrate writes a configuration, goes on where it was, and fine-tune
   CHECK_THAT(run("calibrate " + bundle + " --model pbd --vary simulator.pbd.cluster_radius=6 --out " + out).err,
              Catch::Contains("is not KEY=LOW..HIGH"));
 }
+
+#ifdef TISSUED_MPIRUN
+TEST_CASE("calibrate asks for the same points and finds the same however many ranks share its trials") {
+  const TemporaryFolder folder;
+  const std::string command = "calibrate " + write_evaluation_bundle(folder).string() +
+                              " --model pbd --vary simulator.pbd.cluster_radius=6..15 --set "
+                              "simulator.pbd.particle_spacing=8 --population 8 --generations 2 --out ";
+  REQUIRE(run(command + (folder.path() / "alone").string()).code == 0);
+  const std::string launcher =
+      std::string(TISSUED_MPIRUN) + (::geteuid() == 0 ? " --allow-run-as-root" : "") + " --oversubscribe -n 3 ";
+  const std::string out = (folder.path() / "ranks").string();
+  REQUIRE(std::system((launcher + TISSUECTL_PROGRAM " " + command + out + " >/dev/null 2>&1").c_str()) == 0);
+  for (const char* file : {"/evaluations.csv", "/config.json"})
+    CHECK(content(out + file) == content((folder.path() / "alone").string() + file));
+}
+#endif
 
 TEST_CASE("evaluate writes scores and a page, and sums them up") {
   const TemporaryFolder folder;
