@@ -215,11 +215,27 @@ std::vector<std::string> select_markers(const Document& document, Bundle& bundle
   return unused;
 }
 
-DaemonConfig read_config(const Document& document, const fs::path& folder) {
+// The document without what one run alone may have, from wherever it is read.
+std::string repeatable(const Document& document, const DaemonConfig& config) {
+  Json root = document.root();
+  root["bundle"] = fs::absolute(config.bundle.folder).lexically_normal().string();
+  if (!config.model.empty()) root["model"] = fs::absolute(config.model).lexically_normal().string();
+  root.erase("record");
+  return root.dump();
+}
+
+// base: what relative paths are relative to; empty: the working folder.
+DaemonConfig read_config(const Document& document, const fs::path& base) {
   DaemonConfig config;
   config.source = document.source();
-  config.model = document.value<std::string>("/model", "");
-  config.bundle = load_bundle(folder);
+  const auto place_of = [&](const char* key) {
+    const auto path = document.value<std::string>(key, "");
+    return path.empty() ? fs::path() : base / path;
+  };
+  config.model = place_of("/model");
+  config.record = place_of("/record");
+  config.bundle = load_bundle(place_of("/bundle"));
+  config.document = repeatable(document, config);
   config.unused_markers = select_markers(document, config.bundle);
   override_assumptions(document, config.bundle.scene);
   config.tracker = read_tracker(document, config.bundle);
@@ -227,7 +243,6 @@ DaemonConfig read_config(const Document& document, const fs::path& folder) {
   config.simulator = read_simulator(document, config.bundle);
   config.registration = read_registration(document, config.bundle);
   config.staleness = read_staleness(document);
-  config.record = document.value<std::string>("/record", "");
   config.metrics.port = read_metrics_port(document);
   config.log_level = read_log_level(document);
   return config;
@@ -236,17 +251,17 @@ DaemonConfig read_config(const Document& document, const fs::path& folder) {
 }  // namespace
 
 DaemonConfig load_daemon_config(const fs::path& path, std::span<const std::string> overrides) {
-  const Document document(read_json(path), path.string(), overrides, config_schema());
-  DaemonConfig config = read_config(document, path.parent_path() / document.value<std::string>("/bundle", ""));
-  if (!config.model.empty()) config.model = path.parent_path() / config.model;
-  if (!config.record.empty()) config.record = path.parent_path() / config.record;
-  return config;
+  return read_config(Document(read_json(path), path.string(), overrides, config_schema()), path.parent_path());
+}
+
+DaemonConfig config_from_text(const std::string& text, const std::string& source,
+                              std::span<const std::string> overrides) {
+  return read_config(Document(parse_json(text, source), source, overrides, config_schema()), {});
 }
 
 DaemonConfig config_for_bundle(const fs::path& folder, std::span<const std::string> overrides) {
   const Json defaults = {{"format", "tissued-config/1"}, {"bundle", folder.string()}};
-  const Document document(defaults, folder.string(), overrides, config_schema());
-  return read_config(document, document.value<std::string>("/bundle", ""));
+  return read_config(Document(defaults, folder.string(), overrides, config_schema()), {});
 }
 
 }  // namespace tissued::config

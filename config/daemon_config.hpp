@@ -52,6 +52,7 @@ enum class LogLevel { trace, debug, info, warn, error, critical, off };
 
 struct DaemonConfig {
   std::string source;           // the file, or the bundle's folder where there was no file; for messages
+  std::string document;         // all that was said, JSON with absolute paths: see config_from_text
   std::filesystem::path model;  // what a diagnosis found, see daemon/explained_model.hpp; empty: as the bundle has it
   Bundle bundle;  // material and gravity overridden; scene.markers are the selected ones only, in bundle order
   std::vector<std::string> unused_markers;  // known to the bundle, not selected: expected from the tracker, not used
@@ -73,6 +74,10 @@ struct DaemonConfig {
 // it names. overrides: as in load_bundle, with the keys of the configuration, e.g. `material.poissons_ratio=0.42` or
 // `simulator.scheme=algorithm-1`. Throws ConfigError.
 DaemonConfig load_daemon_config(const std::filesystem::path& path, std::span<const std::string> overrides = {});
+
+// DaemonConfig::document once more, wherever it was kept in the meantime; `source` is for messages. Throws ConfigError.
+DaemonConfig config_from_text(const std::string& text, const std::string& source,
+                              std::span<const std::string> overrides = {});
 
 // A bundle alone is enough to start from: every key of the configuration at its default. Throws ConfigError.
 DaemonConfig config_for_bundle(const std::filesystem::path& folder, std::span<const std::string> overrides = {});

@@ -13,6 +13,21 @@ protocol::AlarmState alarm_state(const AlarmAnswer& alarm) {
           alarm.since_ns, alarm.level,  alarm.misfit,    alarm.place};
 }
 
+protocol::AnswerSummary answer_summary(std::uint32_t stepped_frame, const Answer& answer) {
+  protocol::AnswerSummary summary;
+  summary.stepped_frame = stepped_frame;
+  summary.tracker_frame = answer.tracker_frame;
+  summary.reasons = answer.reasons;
+  summary.iterations = static_cast<std::uint16_t>(answer.report.iterations);
+  summary.markers_used = static_cast<std::uint16_t>(answer.report.markers_used);
+  summary.markers_seen = answer.markers_seen;
+  summary.step_time_ns = answer.step_time_ns;
+  summary.innovation_rms = answer.report.innovation_rms;
+  summary.alarm = alarm_state(answer.alarm);
+  for (const TargetPlace& target : answer.targets) summary.targets.push_back(target.position);
+  return summary;
+}
+
 std::size_t prediction_part_count(const Answer& answer) {
   return std::max(protocol::chunk_count(answer.targets.size(), Predictions::kTargetsPerPart),
                   protocol::chunk_count(answer.pads.size(), Predictions::kPadsPerPart));

@@ -10,11 +10,15 @@
 #include "protocol/mesh_messages.hpp"
 #include "protocol/prediction_messages.hpp"
 #include "protocol/probe_messages.hpp"
+#include "protocol/session_file.hpp"
 #include "protocol/status_messages.hpp"
 
 namespace tissued::daemon {
 
 protocol::AlarmState alarm_state(const AlarmAnswer& alarm);
+
+/// The answer as it is recorded, made of the tracker frame `stepped_frame`.
+protocol::AnswerSummary answer_summary(std::uint32_t stepped_frame, const Answer& answer);
 
 /// How many Predictions an answer needs; at least one.
 std::size_t prediction_part_count(const Answer& answer);

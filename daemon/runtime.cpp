@@ -23,14 +23,15 @@ std::unique_ptr<SessionRecorder> make_recorder(const config::DaemonConfig& confi
   const std::string name = config.bundle.scene.name.substr(0, protocol::Name::kCapacity);
   header.scene = protocol::Name::from(name).value_or(*protocol::Name::from("?"));
   header.bundle = std::filesystem::absolute(config.bundle.folder).string();
-  return std::make_unique<SessionRecorder>(config.record, header, counters, std::move(on_failure));
+  return std::make_unique<SessionRecorder>(config.record, header, config.document, counters, std::move(on_failure));
 }
 
 }  // namespace
 
 Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
                  std::function<void(const std::string&)> on_recording_failed)
-    : recorder_(make_recorder(config, counters_, std::move(on_recording_failed))),
+    : simulator_(simulator),
+      recorder_(make_recorder(config, counters_, std::move(on_recording_failed))),
       processor_(simulator, config, counters_),
       simulation_(
           processor_, simulator.scene().mesh.node_count(), counters_, [this] { published_.notify(); }, recorder_.get()),
@@ -60,7 +61,7 @@ void Runtime::run() {
   receiver_.close();
   server_.close();
   if (metrics_) metrics_->close();
-  if (recorder_) recorder_->stop();
+  if (recorder_) recorder_->stop(simulator_.state_hash());
 }
 
 std::error_code Runtime::prefer_realtime() noexcept {

@@ -64,6 +64,7 @@ class Runtime {
   void watch_simulation();
   void watch_alarm();
 
+  core::Simulator& simulator_;
   boost::asio::io_context context_{1};  // one thread runs it
   Counters counters_;
   EventFd published_;

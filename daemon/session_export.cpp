@@ -9,12 +9,10 @@
 #include <span>
 #include <stdexcept>
 
-#include "daemon/name_table.hpp"
+#include "daemon/frame_joiner.hpp"
 #include "daemon/session_recorder.hpp"
-#include "daemon/tracker_receiver.hpp"
 #include "protocol/file_content.hpp"
 #include "protocol/nexus_csv.hpp"
-#include "protocol/vicon_stream.hpp"
 
 namespace tissued::daemon {
 namespace {
@@ -36,25 +34,18 @@ struct LiveFrame {
 
 class FrameReader {
  public:
-  FrameReader(const config::DaemonConfig& config, const protocol::Trial& trial) : assembler_(assembler_config(config)) {
-    const std::string prefix = config.tracker.subject.empty() ? "" : config.tracker.subject + ":";
-    for (std::size_t label = 0; label < trial.labels.size(); ++label) {
-      labels_[trial.labels[label]] = label;
-      labels_[prefix + trial.labels[label]] = label;
-    }
-    for (std::size_t pad = 0; pad < trial.devices.size(); ++pad) {
-      pads_[trial.devices[pad]] = pad;
-      pads_[prefix + trial.devices[pad]] = pad;
-    }
+  FrameReader(const config::DaemonConfig& config, const protocol::Trial& trial) : joiner_(config) {
+    for (std::size_t label = 0; label < trial.labels.size(); ++label) labels_[trial.labels[label]] = label;
+    for (std::size_t pad = 0; pad < trial.devices.size(); ++pad) pads_[trial.devices[pad]] = pad;
   }
 
   void take(const protocol::SessionRecord& record) {
-    if (protocol::decode_tracker_datagram(record.body, datagram_) != protocol::TrackerRefusal::none) return;
-    keep(assembler_.flush_if_due(record.stamp_ns));
-    keep(assembler_.add(datagram_, record.stamp_ns));
+    using protocol::SessionRecordKind;
+    if (record.kind == SessionRecordKind::tracker_datagram) keep(joiner_.add(record.body, record.stamp_ns));
+    if (record.kind == SessionRecordKind::deadline) keep(joiner_.flush_if_due(record.stamp_ns));
   }
   std::vector<LiveFrame> finish() {
-    keep(assembler_.flush_if_due(std::numeric_limits<std::uint64_t>::max()));
+    keep(joiner_.flush_if_due(std::numeric_limits<std::uint64_t>::max()));
     return std::move(frames_);
   }
 
@@ -76,8 +67,7 @@ class FrameReader {
     if (const auto found = table.find(name.view()); found != table.end()) out.emplace_back(found->second, value);
   }
 
-  protocol::FrameAssembler assembler_;
-  protocol::TrackerDatagram datagram_;
+  FrameJoiner joiner_;
   std::map<std::string, std::size_t, std::less<>> labels_, pads_;
   std::vector<LiveFrame> frames_;
 };
@@ -253,9 +243,9 @@ protocol::Trial trial_of_session(const config::DaemonConfig& config, protocol::S
   FrameReader frames(config, trial);
   while (const auto record = reader.next()) {
     ++report.records;
-    if (record->kind == protocol::SessionRecordKind::tracker_datagram) frames.take(*record);
+    frames.take(*record);
     if (record->kind == protocol::SessionRecordKind::lost)
-      report.lost += protocol::read_lost_count(record->body).value_or(0);
+      report.lost += protocol::read_number(record->body).value_or(0);
   }
   report.damaged_bytes = reader.damaged_bytes();
   report.torn = reader.torn();
@@ -289,8 +279,7 @@ std::vector<Stretch> find_pushes(const config::DaemonConfig& config, const proto
 
 ExportReport export_session(const fs::path& file, const fs::path& bundle, const fs::path& out) {
   const std::string content = protocol::read_file_content(file);
-  std::vector<std::uint8_t> bytes(content.begin(), content.end());
-  protocol::SessionReader reader(bytes);
+  protocol::SessionReader reader(protocol::bytes_of(content));
   if (reader.refusal() != protocol::SessionRefusal::none)
     throw std::runtime_error(file.string() + ": not a recording of tissued: " + to_string(reader.refusal()));
   const config::DaemonConfig config =

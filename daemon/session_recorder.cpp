@@ -43,7 +43,8 @@ std::uint64_t hash_of_bundle(const config::Bundle& bundle) {
 }
 
 SessionRecorder::SessionRecorder(const std::filesystem::path& file, const protocol::SessionHeader& header,
-                                 Counters& counters, std::function<void(const std::string&)> on_failure)
+                                 const std::string& configuration, Counters& counters,
+                                 std::function<void(const std::string&)> on_failure)
     : name_(file.string()),
       counters_(counters),
       on_failure_(std::move(on_failure)),
@@ -56,6 +57,12 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const protoc
   file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (file_ < 0) throw std::system_error(errno, std::generic_category(), name_ + ": cannot be created");
   pending_size_ = protocol::write_session_header(header, pending_);
+  // Also a text that fills its last piece has a shorter one behind it.
+  for (std::size_t begin = 0; begin <= configuration.size(); begin += protocol::kMaxSessionBody) {
+    const std::string piece = configuration.substr(begin, protocol::kMaxSessionBody);
+    append(
+        {SessionRecordKind::configuration, header.monotonic_ns, std::vector<std::uint8_t>(piece.begin(), piece.end())});
+  }
   flush();
   if (failed_) {
     ::close(file_);
@@ -65,13 +72,14 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const protoc
   ::pthread_setname_np(thread_.native_handle(), "recorder");
 }
 
-void SessionRecorder::stop() {
+void SessionRecorder::stop(std::optional<std::uint64_t> state_hash) {
   if (!thread_.joinable()) return;
+  state_hash_ = state_hash;
   stopping_.store(true, std::memory_order_release);
   thread_.join();
   ::close(file_);
   // Nothing came: where the daemon could not even start, the next start must find the name free.
-  if (written_ <= protocol::kSessionHeaderSize) ::unlink(name_.c_str());
+  if (empty_) ::unlink(name_.c_str());
 }
 
 void SessionRecorder::add_tracker(std::uint64_t receive_ns, std::span<const std::uint8_t> bytes) noexcept {
@@ -82,20 +90,15 @@ void SessionRecorder::add_client(std::uint64_t receive_ns, std::span<const std::
   add(datagrams_, SessionRecordKind::client_datagram, receive_ns, bytes);
 }
 
-void SessionRecorder::add_answer(const Answer& answer) noexcept {
-  protocol::AnswerSummary summary;
-  summary.tracker_frame = answer.tracker_frame;
-  summary.reasons = answer.reasons;
-  summary.iterations = static_cast<std::uint16_t>(answer.report.iterations);
-  summary.markers_used = static_cast<std::uint16_t>(answer.report.markers_used);
-  summary.markers_seen = answer.markers_seen;
-  summary.step_time_ns = answer.step_time_ns;
-  summary.innovation_rms = answer.report.innovation_rms;
-  summary.alarm = alarm_state(answer.alarm);
-  for (const TargetPlace& target : answer.targets) summary.targets.push_back(target.position);
+void SessionRecorder::add_deadline(std::uint64_t now_ns) noexcept {
+  add(datagrams_, SessionRecordKind::deadline, now_ns, {});
+}
+
+void SessionRecorder::add_answer(const protocol::TrackerFrame& stepped, const Answer& answer) noexcept {
+  const protocol::AnswerSummary summary = answer_summary(stepped.frame_number, answer);
   std::array<std::uint8_t, protocol::kMaxSessionBody> body;
   const std::size_t size = protocol::write_answer_summary(summary, body);
-  if (size > 0) add(answers_, SessionRecordKind::answer, answer.receive_ns, std::span(body).first(size));
+  if (size > 0) add(answers_, SessionRecordKind::answer, stepped.receive_ns, std::span(body).first(size));
 }
 
 void SessionRecorder::add(Source& source, SessionRecordKind kind, std::uint64_t stamp_ns,
@@ -110,6 +113,7 @@ void SessionRecorder::run() noexcept {
     const bool last = stopping_.load(std::memory_order_acquire);
     drain(datagrams_);
     drain(answers_);
+    if (last && state_hash_ && !empty_) append_number(SessionRecordKind::end, *state_hash_);
     flush();
     if (last) return;
     std::this_thread::sleep_for(kGlance);
@@ -119,6 +123,7 @@ void SessionRecorder::run() noexcept {
 void SessionRecorder::drain(Source& source) noexcept {
   RecordRing::Entry entry;
   while (source.ring.pop(entry, body_)) {
+    empty_ = false;
     append({static_cast<SessionRecordKind>(entry.kind), entry.stamp_ns, std::span(body_).first(entry.size)});
   }
   say_losses(source);
@@ -127,10 +132,14 @@ void SessionRecorder::drain(Source& source) noexcept {
 void SessionRecorder::say_losses(Source& source) noexcept {
   const std::uint64_t lost = source.lost.load(std::memory_order_relaxed);
   if (lost == source.lost_said) return;
-  std::array<std::uint8_t, 8> body;
-  protocol::ByteWriter(body).u64(lost - source.lost_said);
+  append_number(SessionRecordKind::lost, lost - source.lost_said);
   source.lost_said = lost;
-  append({SessionRecordKind::lost, monotonic_ns(), body});
+}
+
+void SessionRecorder::append_number(SessionRecordKind kind, std::uint64_t number) noexcept {
+  std::array<std::uint8_t, 8> body;
+  protocol::ByteWriter(body).u64(number);
+  append({kind, monotonic_ns(), body});
 }
 
 void SessionRecorder::append(const protocol::SessionRecord& record) noexcept {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -16,6 +17,7 @@
 #include "daemon/record_ring.hpp"
 #include "daemon/wake_up.hpp"
 #include "protocol/session_file.hpp"
+#include "protocol/tracker_frame.hpp"
 
 namespace tissued::daemon {
 
@@ -31,9 +33,10 @@ class SessionRecorder {
  public:
   static constexpr std::uint64_t kFlush_ns = 50'000'000;
 
-  /// Creates the file, which must not exist yet, and writes its header. on_failure: one line, called on the recorder's
-  /// thread. Throws std::system_error.
-  SessionRecorder(const std::filesystem::path& file, const protocol::SessionHeader& header, Counters& counters,
+  /// Creates the file, which must not exist yet, and writes its header and the configuration, JSON, from which the run
+  /// can be repeated. on_failure: one line, called on the recorder's thread. Throws std::system_error.
+  SessionRecorder(const std::filesystem::path& file, const protocol::SessionHeader& header,
+                  const std::string& configuration, Counters& counters,
                   std::function<void(const std::string&)> on_failure);
   ~SessionRecorder() { stop(); }
   SessionRecorder(const SessionRecorder&) = delete;
@@ -42,11 +45,14 @@ class SessionRecorder {
   /// I/O thread.
   void add_tracker(std::uint64_t receive_ns, std::span<const std::uint8_t> bytes) noexcept;
   void add_client(std::uint64_t receive_ns, std::span<const std::uint8_t> bytes) noexcept;
-  /// Simulation thread.
-  void add_answer(const Answer& answer) noexcept;
+  /// A frame was handed on because its time was up.
+  void add_deadline(std::uint64_t now_ns) noexcept;
+  /// Simulation thread. stepped: the frame that the answer was made of.
+  void add_answer(const protocol::TrackerFrame& stepped, const Answer& answer) noexcept;
 
-  /// Writes what is left and closes. Once the other threads add nothing any more.
-  void stop();
+  /// Writes what is left, the state in which the simulation ended where it is told, and closes. Once the other threads
+  /// add nothing any more.
+  void stop(std::optional<std::uint64_t> state_hash = {});
 
  private:
   // One producer's.
@@ -62,6 +68,7 @@ class SessionRecorder {
   void run() noexcept;
   void drain(Source& source) noexcept;
   void say_losses(Source& source) noexcept;
+  void append_number(protocol::SessionRecordKind kind, std::uint64_t number) noexcept;
   void append(const protocol::SessionRecord& record) noexcept;
   void flush() noexcept;
   void fail(int error) noexcept;
@@ -77,6 +84,8 @@ class SessionRecorder {
   std::uint64_t written_ = 0;  // bytes, in the file
   bool failed_ = false;
   std::atomic<bool> stopping_{false};
+  std::optional<std::uint64_t> state_hash_;  // before stopping_
+  bool empty_ = true;                        // nothing was added
   std::thread thread_;
 };
 

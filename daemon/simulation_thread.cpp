@@ -63,7 +63,7 @@ void SimulationThread::step() noexcept {
   previous_ = newest_;
   processor_.process(frames_.front(), previous_, newest_);
   publish_answer();
-  if (recorder_ != nullptr) recorder_->add_answer(newest_);
+  if (recorder_ != nullptr) recorder_->add_answer(frames_.front(), newest_);
 }
 
 void SimulationThread::publish_answer() noexcept {

@@ -1,7 +1,9 @@
 #include "daemon/start_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 
+#include "config/json_reader.hpp"
 #include "daemon/explained_model.hpp"
 #include "daemon/version.hpp"
 
@@ -38,15 +40,19 @@ void declare_options(CLI::App& app, StartOptions& options) {
 
 config::DaemonConfig load_config(const StartOptions& options) {
   std::vector<std::string> overrides = options.overrides;
+  // Said on the command line, paths are relative to the working folder; as text, whatever they look like.
+  const auto set_path = [&overrides](const std::string& key, const std::string& path) {
+    if (!path.empty()) overrides.push_back(key + "=" + config::Json(std::filesystem::absolute(path).string()).dump());
+  };
+  set_path("model", options.model_file);
+  set_path("record", options.record_file);
+  if (options.tracker_port) overrides.push_back("tracker.port=" + std::to_string(*options.tracker_port));
+  if (options.client_port) overrides.push_back("clients.port=" + std::to_string(*options.client_port));
   if (!options.log_level.empty()) overrides.push_back("log.level=" + options.log_level);
   config::DaemonConfig config = options.bundle_folder.empty()
                                     ? config::load_daemon_config(options.config_file, overrides)
                                     : config::config_for_bundle(options.bundle_folder, overrides);
-  if (!options.model_file.empty()) config.model = options.model_file;
-  if (!options.record_file.empty()) config.record = options.record_file;
   apply_model(config);
-  if (options.tracker_port) config.tracker.port = *options.tracker_port;
-  if (options.client_port) config.clients.port = *options.client_port;
   return config;
 }
 

@@ -11,6 +11,7 @@
 #include "daemon/ctl_options.hpp"
 #include "daemon/ctl_play.hpp"
 #include "daemon/ctl_query.hpp"
+#include "daemon/ctl_replay.hpp"
 #include "daemon/ctl_solve.hpp"
 #include "daemon/ctl_track.hpp"
 #include "daemon/ctl_watch.hpp"
@@ -45,6 +46,7 @@ int main(int argc, char** argv) {
   add_diagnose_command(app, exit_code);
   add_predict_command(app, exit_code);
   add_export_command(app, exit_code);
+  add_replay_command(app, exit_code);
   try {
     app.parse(argc, argv);  // which runs the subcommand
   } catch (const CLI::ParseError& error) {

@@ -6,7 +6,6 @@
 
 #include "daemon/bound_socket.hpp"
 #include "daemon/monotonic_clock.hpp"
-#include "daemon/name_table.hpp"
 #include "daemon/stamped_receive.hpp"
 
 namespace tissued::daemon {
@@ -20,14 +19,6 @@ constexpr int kMaxDrain = 1024;
 
 }  // namespace
 
-protocol::FrameAssemblerConfig assembler_config(const config::DaemonConfig& config) {
-  protocol::FrameAssemblerConfig result;
-  result.deadline_ns = static_cast<std::uint64_t>(config.tracker.frame_deadline.count());
-  for (const auto& marker : config.bundle.scene.markers) result.markers.push_back(wire_name(marker.name));
-  for (const auto& name : config.unused_markers) result.markers.push_back(wire_name(name));
-  return result;
-}
-
 TrackerReceiver::TrackerReceiver(boost::asio::io_context& context, const config::DaemonConfig& config,
                                  Counters& counters, OnFrame on_frame, SessionRecorder* recorder)
     : socket_(bind_udp(context, "tracker", config.tracker.address, config.tracker.port)),
@@ -36,8 +27,7 @@ TrackerReceiver::TrackerReceiver(boost::asio::io_context& context, const config:
       counters_(counters),
       on_frame_(std::move(on_frame)),
       recorder_(recorder),
-      assembler_(assembler_config(config)),
-      subject_prefix_(config.tracker.subject.empty() ? "" : config.tracker.subject + ":") {
+      joiner_(config) {
   stamp_arrivals(socket_.native_handle());
 }
 
@@ -72,17 +62,10 @@ void TrackerReceiver::drain() {
 }
 
 void TrackerReceiver::take(std::span<const std::uint8_t> bytes, std::uint64_t receive_ns) {
-  const auto refusal = protocol::decode_tracker_datagram(bytes, datagram_);
-  counters_.add(refusal);
-  if (refusal != protocol::TrackerRefusal::none) return;
-  if (datagram_.skipped_items > 0) counters_.add(Count::unknown_items, datagram_.skipped_items);
-  if (!subject_prefix_.empty()) {
-    for (auto& object : datagram_.objects) strip_subject(object.name);
-    for (auto& marker : datagram_.markers) strip_subject(marker.name);
-    for (auto& force : datagram_.forces) strip_subject(force.name);
-    for (auto& truth : datagram_.truth) strip_subject(truth.name);
-  }
-  keep_newest(assembler_.add(datagram_, receive_ns));
+  keep_newest(joiner_.add(bytes, receive_ns));
+  counters_.add(joiner_.refusal());
+  if (const int skipped = joiner_.skipped_items(); skipped > 0)
+    counters_.add(Count::unknown_items, static_cast<std::uint64_t>(skipped));
 }
 
 void TrackerReceiver::keep_newest(std::span<const protocol::TrackerFrame> frames) {
@@ -96,7 +79,7 @@ void TrackerReceiver::keep_newest(std::span<const protocol::TrackerFrame> frames
 void TrackerReceiver::hand_on() {
   for (std::size_t i = 0; i < protocol::kAssemblerEventCount; ++i) {
     const auto event = static_cast<protocol::AssemblerEvent>(i);
-    counters_.set(event, assembler_.count(event));
+    counters_.set(event, joiner_.count(event));
   }
   if (newest_) {
     on_frame_(*newest_);
@@ -108,7 +91,7 @@ void TrackerReceiver::hand_on() {
 // A frame whose last datagram does not come is handed on when its time is up. The timer is left to run when the frame
 // is completed before: re-arming it for every frame would cost more than a wake-up that finds nothing.
 void TrackerReceiver::watch_deadline() {
-  const auto due_ns = assembler_.due_ns();
+  const auto due_ns = joiner_.due_ns();
   if (!due_ns || deadline_armed_) return;
   deadline_armed_ = true;
   deadline_.expires_at(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(*due_ns)));
@@ -116,15 +99,12 @@ void TrackerReceiver::watch_deadline() {
     deadline_armed_ = false;
     if (error) return;
     drain();  // what came in the meantime may be what is missing
-    keep_newest(assembler_.flush_if_due(monotonic_ns()));
+    const std::uint64_t now_ns = monotonic_ns();
+    const auto frames = joiner_.flush_if_due(now_ns);
+    if (recorder_ != nullptr && !frames.empty()) recorder_->add_deadline(now_ns);
+    keep_newest(frames);
     hand_on();
   });
-}
-
-void TrackerReceiver::strip_subject(protocol::Name& name) const {
-  const auto text = name.view();
-  if (!text.starts_with(subject_prefix_)) return;
-  if (const auto bare = protocol::Name::from(text.substr(subject_prefix_.size()))) name = *bare;
 }
 
 }  // namespace tissued::daemon

@@ -12,15 +12,12 @@
 
 #include "config/daemon_config.hpp"
 #include "daemon/counters.hpp"
+#include "daemon/frame_joiner.hpp"
 #include "daemon/rate_meter.hpp"
 #include "daemon/session_recorder.hpp"
-#include "protocol/frame_assembler.hpp"
-#include "protocol/vicon_stream.hpp"
+#include "protocol/tracker_frame.hpp"
 
 namespace tissued::daemon {
-
-/// How datagrams are joined to frames: of the markers that the bundle knows, and the deadline.
-protocol::FrameAssemblerConfig assembler_config(const config::DaemonConfig& config);
 
 /// Takes tracker datagrams off their socket, decodes them and joins them to frames. Whenever the socket is readable all
 /// that waits there is taken, and only the newest frame handed on; older ones are counted as skipped.
@@ -46,7 +43,6 @@ class TrackerReceiver {
   void keep_newest(std::span<const protocol::TrackerFrame> frames);
   void hand_on();
   void watch_deadline();
-  void strip_subject(protocol::Name& name) const;
 
   boost::asio::ip::udp::socket socket_;
   boost::asio::steady_timer deadline_;
@@ -54,13 +50,11 @@ class TrackerReceiver {
   Counters& counters_;
   OnFrame on_frame_;
   SessionRecorder* recorder_;
-  protocol::FrameAssembler assembler_;
-  std::string subject_prefix_;  // `phantom:`; empty where there is no subject
+  FrameJoiner joiner_;
   RateMeter rate_;
   bool deadline_armed_ = false;
   std::uint64_t newest_receive_ns_ = 0;
-  std::optional<protocol::TrackerFrame> newest_;  // complete, not handed on yet
-  protocol::TrackerDatagram datagram_;
+  std::optional<protocol::TrackerFrame> newest_;                          // complete, not handed on yet
   std::array<std::uint8_t, protocol::kMaxTrackerDatagram + 1> buffer_{};  // one more, to tell what is too long
 };
 

@@ -13,7 +13,7 @@ constexpr std::array<std::uint8_t, 8> kMagic{'T', 'S', 'U', 'D', 'R', 'E', 'C', 
 constexpr std::array<std::uint8_t, 4> kMarker{0xD5, 'R', 'E', 'C'};
 constexpr std::size_t kPrefix = 20;  // of a record: all before its body
 
-bool is_kind(std::uint8_t kind) { return kind >= 1 && kind <= 4; }
+bool is_kind(std::uint8_t kind) { return kind >= 1 && kind <= 7; }
 
 void write_checksum(ByteWriter& writer, std::span<const std::uint8_t> written) { writer.u32(crc32c(written)); }
 
@@ -73,6 +73,7 @@ std::size_t write_session_record(const SessionRecord& record, std::span<std::uin
 
 std::size_t write_answer_summary(const AnswerSummary& summary, std::span<std::uint8_t> out) {
   ByteWriter writer(out);
+  writer.u32(summary.stepped_frame);
   writer.u32(summary.tracker_frame);
   writer.u16(summary.reasons);
   writer.u16(summary.iterations);
@@ -89,6 +90,7 @@ std::size_t write_answer_summary(const AnswerSummary& summary, std::span<std::ui
 std::optional<AnswerSummary> read_answer_summary(std::span<const std::uint8_t> body) {
   ByteReader reader(body);
   AnswerSummary summary;
+  summary.stepped_frame = reader.u32();
   summary.tracker_frame = reader.u32();
   summary.reasons = reader.u16();
   summary.iterations = reader.u16();
@@ -105,10 +107,10 @@ std::optional<AnswerSummary> read_answer_summary(std::span<const std::uint8_t> b
   return reader.finite() ? std::optional(summary) : std::nullopt;
 }
 
-std::optional<std::uint64_t> read_lost_count(std::span<const std::uint8_t> body) {
+std::optional<std::uint64_t> read_number(std::span<const std::uint8_t> body) {
   ByteReader reader(body);
-  const std::uint64_t count = reader.u64();
-  return reader.ok() && reader.remaining() == 0 ? std::optional(count) : std::nullopt;
+  const std::uint64_t number = reader.u64();
+  return reader.ok() && reader.remaining() == 0 ? std::optional(number) : std::nullopt;
 }
 
 SessionReader::SessionReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {

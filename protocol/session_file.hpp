@@ -16,7 +16,7 @@
 
 namespace tissued::protocol {
 
-inline constexpr std::uint32_t kSessionFileVersion = 1;
+inline constexpr std::uint32_t kSessionFileVersion = 2;
 inline constexpr std::size_t kSessionHeaderSize = 1128;    // bytes
 inline constexpr std::size_t kSessionPathCapacity = 1024;  // bytes
 inline constexpr std::size_t kSessionRecordOverhead = 24;  // bytes, beside a record's body
@@ -36,6 +36,9 @@ enum class SessionRecordKind : std::uint8_t {
   client_datagram = 2,   // likewise
   answer = 3,            // AnswerSummary
   lost = 4,              // uint64: records that found no room since the one before
+  deadline = 5,          // empty: a frame that was not complete was handed on at this time
+  configuration = 6,     // a piece of the configuration's JSON, first of all records; its last piece is the shorter one
+  end = 7,               // uint64: hash of the simulation's state, where the daemon ended as it should
 };
 
 // One record; the body lies in the bytes that were read.
@@ -45,10 +48,11 @@ struct SessionRecord {
   std::span<const std::uint8_t> body;
 };
 
-// What the daemon knew after a step.
+// What the daemon knew after a step. Where the step was thrown away that is what it knew before.
 struct AnswerSummary {
-  std::uint32_t tracker_frame = 0;
-  std::uint16_t reasons = 0;  // ValidityReason bits that do not depend on the answer's age
+  std::uint32_t stepped_frame = 0;  // the frame that was stepped; the record's stamp is when it was received
+  std::uint32_t tracker_frame = 0;  // the one that the answer is about
+  std::uint16_t reasons = 0;        // ValidityReason bits that do not depend on the answer's age
   std::uint16_t iterations = 0;
   std::uint16_t markers_used = 0;
   std::uint16_t markers_seen = 0;
@@ -64,7 +68,8 @@ std::size_t write_session_record(const SessionRecord& record, std::span<std::uin
 std::size_t write_answer_summary(const AnswerSummary& summary, std::span<std::uint8_t> out);
 // Nothing where the body is none.
 std::optional<AnswerSummary> read_answer_summary(std::span<const std::uint8_t> body);
-std::optional<std::uint64_t> read_lost_count(std::span<const std::uint8_t> body);
+// The number in a record that says what was lost, or the state at the end.
+std::optional<std::uint64_t> read_number(std::span<const std::uint8_t> body);
 
 enum class SessionRefusal : std::uint8_t { none, too_short, bad_magic, bad_version, bad_checksum, bad_value };
 const char* to_string(SessionRefusal refusal);

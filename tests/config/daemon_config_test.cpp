@@ -153,6 +153,23 @@ TEST_CASE("The bundle's folder is relative to the configuration") {
         (folder.path() / "configs/none/bundle.json").string() + ": no such file");
 }
 
+TEST_CASE("What a configuration said is kept whole, and means the same wherever it is read") {
+  const BundleFolder folder;
+  const DaemonConfig config = load_daemon_config(
+      folder.write("config.json", kFullConfig),
+      std::vector<std::string>{"model=found/model.json", "record=live.rec", "simulator.iterations=33"});
+  const DaemonConfig again = config_from_text(config.document, "somewhere else");
+  CHECK(again.document == config.document);
+  CHECK(again.simulator.solver.iterations == 33);
+  CHECK(again.simulator.pbd.cluster_spacing == 9.6);
+  CHECK(again.bundle.scene.markers.size() == 2);
+  CHECK(again.model.is_absolute());
+  CHECK(again.model.lexically_normal() == std::filesystem::absolute(config.model).lexically_normal());
+  CHECK(again.bundle.folder.is_absolute());
+  CHECK(again.record.empty());  // a run that is repeated does not write over its recording
+  CHECK_THROWS_WITH(config_from_text("{", "somewhere else"), Catch::Contains("somewhere else"));
+}
+
 TEST_CASE("Every bad value of a configuration is refused with key, value and limit") {
   struct Case {
     const char* key;
@@ -165,7 +182,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/bundle", "7", "/bundle: 7 is not a string"},
       {"/simulators", "{}",
        "/simulators: unknown key; known are format, bundle, tracker, clients, model, simulator, material, gravity, "
-       "filter, fem, alarm, markers, registration, staleness, record and log"},
+       "filter, fem, alarm, markers, registration, staleness, record, metrics and log"},
       {"/model", "3", "/model: 3 is not a string"},
       {"/tracker", "51001", "/tracker: 51001 is not an object"},
       {"/tracker/address", R"("localhost")", R"(/tracker/address: "localhost" is not an IPv4 or IPv6 address)"},
@@ -226,6 +243,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/staleness/stale_after_ms", "0", "/staleness/stale_after_ms: 0 is below the minimum 1"},
       {"/staleness/stale_after_ms", "501", "/staleness/lost_after_ms: 500.0 is below stale_after_ms 501.0"},
       {"/staleness/lost_after_ms", "49", "/staleness/lost_after_ms: 49.0 is below stale_after_ms 50.0"},
+      {"/metrics/port", "65536", "/metrics/port: 65536 is above the maximum 65535"},
       {"/log/level", R"("loud")",
        R"(/log/level: "loud" is not one of "trace", "debug", "info", "warn", "error", "critical" or "off")"},
   };

@@ -123,6 +123,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
                       config.clients.port,
                       config.clients.max_subscribers,
                       config.clients.lease.count(),
+                      config.metrics.port.has_value(),
                       s.kind,
                       static_cast<int>(s.solver.scheme),
                       s.solver.iterations,
@@ -179,7 +180,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
     const std::string key = std::regex_replace(place, std::regex("/properties"), "");
     CHECK(described(with(kConfig, key, node["default"].dump())) == left_out);
   });
-  CHECK(defaults == 57);
+  CHECK(defaults == 58);
 }
 
 TEST_CASE("The simulators that the schema offers are those that core makes") {

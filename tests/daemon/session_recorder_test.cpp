@@ -122,7 +122,8 @@ TEST_CASE("a recording holds every datagram as it came, and an answer for every 
     daemon.stop();
     steps = daemon.simulator.steps;
     CHECK(daemon.count(Count::records_lost) == 0);
-    CHECK(daemon.count(Count::records_written) == sent.size() + 1 + static_cast<std::size_t>(steps));
+    // One question, one piece of the configuration, and the end.
+    CHECK(daemon.count(Count::records_written) == sent.size() + 1 + static_cast<std::size_t>(steps) + 2);
   }
   const Bytes bytes = content_of(config.record);
   protocol::SessionReader reader(bytes);
@@ -150,6 +151,7 @@ TEST_CASE("a recording holds every datagram as it came, and an answer for every 
   REQUIRE(answers.size() == static_cast<std::size_t>(steps));
   for (std::size_t k = 0; k < answers.size(); ++k) {
     CHECK(answers[k].tracker_frame == k + 1);
+    CHECK(answers[k].stepped_frame == k + 1);
     REQUIRE(answers[k].targets.size() == 2);
     CHECK(answers[k].targets[0][0] == Approx(5.0 + 0.1 * static_cast<double>(k + 1)));
   }

@@ -35,6 +35,7 @@ struct File {
 
 AnswerSummary summary() {
   AnswerSummary answer;
+  answer.stepped_frame = 1001;
   answer.tracker_frame = 1000;
   answer.reasons = 0x0804;
   answer.iterations = 10;
@@ -76,7 +77,10 @@ File sample() {
                                                              {SessionRecordKind::answer, answer},
                                                              {SessionRecordKind::client_datagram, {}},
                                                              {SessionRecordKind::tracker_datagram, inner},
-                                                             {SessionRecordKind::lost, {7, 0, 0, 0, 0, 0, 0, 0}}};
+                                                             {SessionRecordKind::lost, {7, 0, 0, 0, 0, 0, 0, 0}},
+                                                             {SessionRecordKind::deadline, {}},
+                                                             {SessionRecordKind::configuration, {'{', '}'}},
+                                                             {SessionRecordKind::end, {1, 2, 3, 4, 5, 6, 7, 8}}};
   std::uint64_t stamp = 7'000'000'000;
   for (const auto& [kind, body] : all) {
     const Bytes bytes = record_bytes(kind, stamp, body);
@@ -210,7 +214,7 @@ TEST_CASE("every damaged byte of a session file costs the record it is in, or al
 
 TEST_CASE("a session file of another version, or of another program, is refused by name") {
   File file = sample();
-  file.bytes[8] = 2;
+  ++file.bytes[8];
   CHECK(SessionReader(file.bytes).refusal() == SessionRefusal::bad_version);
   file.bytes[0] = 'x';
   CHECK(SessionReader(file.bytes).refusal() == SessionRefusal::bad_magic);
