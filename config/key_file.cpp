@@ -129,7 +129,8 @@ class KeyList {
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       const std::string there = "that of line " + std::to_string(lines_[i]);
       if (keys_[i].name == key.name) return "the name " + key.name + " is " + there;
-      if (sodium_memcmp(keys_[i].secret.data(), key.secret.data(), key.secret.size()) == 0) return "the key is " + there;
+      if (sodium_memcmp(keys_[i].secret.data(), key.secret.data(), key.secret.size()) == 0)
+        return "the key is " + there;
     }
     if (keys_.size() == kMaxKeys) return "is one key more than the " + std::to_string(kMaxKeys) + " there may be";
     keys_.push_back(key);

@@ -13,7 +13,7 @@
 namespace tissued::config {
 
 inline constexpr std::size_t kMaxKeys = 64;
-inline constexpr std::size_t kMaxKeyName = 24;           // characters, as in datagrams
+inline constexpr std::size_t kMaxKeyName = 24;  // characters, as in datagrams
 inline constexpr std::size_t kMaxKeyFileBytes = 1 << 16;
 
 // What the owner of a key may do.

@@ -75,9 +75,7 @@ SealedSessions::Place* SealedSessions::find(const Sender& sender) {
 // For a contact that has answered our challenge; nullptr where every place is kept.
 SealedSessions::Place* SealedSessions::place_for(const Sender& sender, const SealSession& own_session) {
   // A free place was never heard, which is before all others.
-  const auto by_silence = [](const Place& a, const Place& b) {
-    return a.kept != b.kept ? b.kept : a.heard < b.heard;
-  };
+  const auto by_silence = [](const Place& a, const Place& b) { return a.kept != b.kept ? b.kept : a.heard < b.heard; };
   Place& place = *std::min_element(places_.begin(), places_.end(), by_silence);
   if (place.kept) return nullptr;
   if (place.serial != 0) {

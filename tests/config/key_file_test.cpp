@@ -33,8 +33,8 @@ class KeyFile {
 }  // namespace
 
 TEST_CASE("A key file is read in its order, comments and empty lines passed over") {
-  const KeyFile file("# who may speak\n\nvicon tracker " + kDigits + "\n  # more\n \t\nwatcher\tclient   " + kOtherDigits +
-                     " \r\n");
+  const KeyFile file("# who may speak\n\nvicon tracker " + kDigits + "\n  # more\n \t\nwatcher\tclient   " +
+                     kOtherDigits + " \r\n");
   const auto keys = read_key_file(file.path());
   REQUIRE(keys.size() == 2);
   CHECK(keys[0].name == "vicon");
@@ -129,8 +129,7 @@ TEST_CASE("At least one key and at most 64, in at most 64 KiB") {
   std::string text;
   for (int i = 0; i < 64; ++i) text += make_key_line("key" + std::to_string(i), KeyRole::both) + '\n';
   CHECK(parse_keys(text, "keys").size() == 64);
-  CHECK(fault(text + make_key_line("one-more", KeyRole::both)) ==
-        "keys:65: is one key more than the 64 there may be");
+  CHECK(fault(text + make_key_line("one-more", KeyRole::both)) == "keys:65: is one key more than the 64 there may be");
   const std::string line = "a both " + kDigits + "\n#";
   CHECK(parse_keys(line + std::string(65536 - line.size(), ' '), "keys").size() == 1);
   CHECK(fault(line + std::string(65537 - line.size(), ' ')) == "keys: has more than 65536 bytes");
@@ -153,9 +152,10 @@ TEST_CASE("A fresh line is read back, and no two are alike") {
 }
 
 TEST_CASE("A name that could not stand in the file gets no line") {
-  for (const auto& [name, reason] : {std::pair("", "the name is empty"), std::pair("#a", "the name begins with #, as a comment does"),
-                                     std::pair("a b", "the name holds a blank or a byte that is not printable ASCII"),
-                                     std::pair("abcdefghijklmnopqrstuvwxy", "the name has 25 characters, more than 24")}) {
+  for (const auto& [name, reason] :
+       {std::pair("", "the name is empty"), std::pair("#a", "the name begins with #, as a comment does"),
+        std::pair("a b", "the name holds a blank or a byte that is not printable ASCII"),
+        std::pair("abcdefghijklmnopqrstuvwxy", "the name has 25 characters, more than 24")}) {
     CHECK(refusal([&, n = name] { make_key_line(n, KeyRole::both); }) == std::string(name) + ": " + reason);
   }
 }

@@ -32,9 +32,12 @@ void fill(void* out, const std::size_t size) {
 }
 
 void make_randomness_repeatable() {
-  static randombytes_implementation implementation{
-      [] { return "repeatable"; }, [] { return static_cast<std::uint32_t>(random_numbers()); }, nullptr, nullptr, fill,
-      nullptr};
+  static randombytes_implementation implementation{[] { return "repeatable"; },
+                                                   [] { return static_cast<std::uint32_t>(random_numbers()); },
+                                                   nullptr,
+                                                   nullptr,
+                                                   fill,
+                                                   nullptr};
   static const int once = randombytes_set_implementation(&implementation);
   promise(once == 0, "the randomness is ours");
   random_numbers.seed(1);
@@ -136,8 +139,7 @@ class Play {
     if (read_seal_header(any_sealed(), other) != SealRefusal::none) return;
     const std::uint8_t how = script_.u8();
     const SecretKey key = key_of((how & 1) != 0 ? 1 : 2);
-    SealHeader header{static_cast<SealKind>(how / 64 % 3), seal_key_id(key), one.session, other.session,
-                      script_.u64()};
+    SealHeader header{static_cast<SealKind>(how / 64 % 3), seal_key_id(key), one.session, other.session, script_.u64()};
     if ((how & 2) != 0) header.peer_session = other.peer_session;
     if ((how & 4) != 0) header.peer_session = {};
     const auto direction = (how & 8) != 0 ? SealDirection::from_daemon : SealDirection::to_daemon;

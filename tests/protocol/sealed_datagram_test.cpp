@@ -62,9 +62,9 @@ TEST_CASE("the cipher is that of draft-irtf-cfrg-xchacha-03, appendix A.3.1") {
       "2f8c9ba40db5d945b11b69b982c1bb9e3f3fac2bc369488f76b2383565d3fff9"
       "21f9664c97637da9768812f615c68b13b52ec0875924c1c7987947deafd8780acf49");
   Bytes sealed(text.size() + kSealTagSize);
-  crypto_aead_xchacha20poly1305_ietf_encrypt(sealed.data(), nullptr, reinterpret_cast<const unsigned char*>(text.data()),
-                                             text.size(), associated.data(), associated.size(), nullptr, nonce.data(),
-                                             key.data());
+  crypto_aead_xchacha20poly1305_ietf_encrypt(sealed.data(), nullptr,
+                                             reinterpret_cast<const unsigned char*>(text.data()), text.size(),
+                                             associated.data(), associated.size(), nullptr, nonce.data(), key.data());
   CHECK(sealed == expected);
 }
 
@@ -141,9 +141,9 @@ TEST_CASE("the gates of a sealed header, in their order") {
   CHECK(refusal_with(7, 1) == "bad_reserved");
   CHECK(header_refusal(sealed_sample(Bytes(1), SealKind::first_contact)) == "wrong_size");
   CHECK(header_refusal(sealed_sample(Bytes(1), SealKind::challenge)) == "wrong_size");
-  CHECK(refusal_with(5, 1) == "bad_session");                                       // a first contact that knows its peer
-  CHECK(refusal_with(5, 0, SealKind::first_contact) == "bad_session");              // data that do not
-  CHECK(refusal_with(5, 2, SealKind::first_contact) == "bad_session");              // nor a challenge
+  CHECK(refusal_with(5, 1) == "bad_session");                           // a first contact that knows its peer
+  CHECK(refusal_with(5, 0, SealKind::first_contact) == "bad_session");  // data that do not
+  CHECK(refusal_with(5, 2, SealKind::first_contact) == "bad_session");  // nor a challenge
   Bytes nobody = sealed_sample({});
   std::fill_n(nobody.begin() + 16, 16, std::uint8_t{0});
   CHECK(header_refusal(nobody) == "bad_session");
