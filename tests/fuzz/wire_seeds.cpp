@@ -1,5 +1,5 @@
-// Writes the seeds of the datagram fuzzers: FOLDER/client_messages/*, FOLDER/tracker_stream/*
-// and FOLDER/session_file/*.
+// Writes the seeds of the datagram fuzzers: FOLDER/client_messages/*, FOLDER/tracker_stream/*, FOLDER/session_file/*
+// and FOLDER/sealed_ends/*.
 
 #include <array>
 #include <filesystem>
@@ -75,6 +75,23 @@ Bytes session_file() {
   return bytes;
 }
 
+// Scripts as sealed_ends_fuzz.cpp reads them.
+std::vector<Bytes> sealed_scripts() {
+  const Bytes head{1, 1};  // the contact that is there at the beginning: its first question, and that it is not kept
+  const Bytes exchange{1, 0, 4, 3, 0, 0, 0, 2, 0, 10, 4, 5, 0, 0, 0, 3, 0, 10, 4, 6, 0, 0, 1, 4, 5, 0, 0, 0};
+  const Bytes change{5, 2, 0, 60, 0, 1, 1, 0, 0, 6, 80, 0, 'T', 'S', 'E', 'A', 1, 0, 0, 0};
+  const Bytes forgery{7, 1, 0, 2, 0, 0x21, 9, 0, 0, 0, 0, 0, 0, 0, 4, 5, 0, 0, 0};
+  Bytes crowd = head;  // more contacts than there are places, then what the first had sent
+  for (int i = 0; i < 70; ++i) crowd.insert(crowd.end(), {0, 5, 1});
+  crowd.insert(crowd.end(), {4, 2, 0, 0, 0});
+  std::vector<Bytes> scripts{crowd};
+  for (const Bytes& rest : {exchange, change, forgery}) {
+    scripts.push_back(head);
+    scripts.back().insert(scripts.back().end(), rest.begin(), rest.end());
+  }
+  return scripts;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -91,5 +108,7 @@ int main(int argc, char** argv) {
     write(folder / "tracker_stream", number++, stream(25, true, first_frame));
   }
   write(folder / "session_file", 0, session_file());
+  number = 0;
+  for (const Bytes& script : sealed_scripts()) write(folder / "sealed_ends", number++, script);
   return 0;
 }

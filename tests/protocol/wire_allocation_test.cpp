@@ -6,7 +6,10 @@
 #include <new>
 #include <vector>
 
+#include "protocol/address_cookie.hpp"
 #include "protocol/frame_assembler.hpp"
+#include "protocol/sealed_contact.hpp"
+#include "protocol/sealed_sessions.hpp"
 #include "protocol/sequence_gate.hpp"
 #include "tests/protocol/client_samples.hpp"
 
@@ -70,4 +73,31 @@ TEST_CASE("client messages ask nothing of the heap") {
   }
   CHECK(allocations == before);
   CHECK(read == samples.size());
+}
+
+TEST_CASE("sealed datagrams and cookies ask nothing of the heap") {
+  const SecretKey key = SecretKey::random();
+  const std::vector<SealedSessions::Key> keys{{key}};
+  SealedSessions daemon(SealChannel::client, keys);
+  SealedContact client(SealChannel::client, key);
+  const AddressCookie cookies;
+  std::vector<std::uint8_t> payload(kMaxDatagram), up(kMaxSealed), down(kMaxSealed);
+  std::size_t taken = 0;
+  const std::size_t before = allocations;
+  for (std::uint16_t port = 0; port < 200; ++port) {  // each from elsewhere: a new contact, in the end another's place
+    const SourceAddress from{{}, port};
+    for (int i = 0; i < 4; ++i) {
+      const bool known = client.established();
+      const std::size_t size = known ? client.seal(payload, up) : client.seal_first_contact(up);
+      const auto opened = daemon.open(std::span(up).first(size), from);
+      if (!opened.challenge.empty()) client.open(opened.challenge);
+      if (opened.payload.empty()) continue;
+      const std::size_t answered = daemon.seal(opened.contact, opened.payload, down);
+      taken += client.open(std::span(down).first(answered)).payload.size() == kMaxDatagram ? 1 : 0;
+    }
+    taken += cookies.is_good(cookies.make(from, port), from, port) ? 1 : 0;
+  }
+  CHECK(allocations == before);
+  CHECK(daemon.evicted() > 100);
+  CHECK(taken > 400);
 }
