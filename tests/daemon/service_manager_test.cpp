@@ -136,7 +136,7 @@ TEST_CASE("Without a service manager there is no socket for one") {
   CHECK(open_sockets(managed.id()) == 3);
 }
 
-TEST_CASE("A service manager that does not listen holds nothing up, and hears of readiness later") {
+TEST_CASE("A service manager that does not listen holds nothing up") {
   const TemporaryFolder folder;
   std::optional<NotifySocket> manager(folder.path() / "notify");
   ChildProgram program(TISSUED_BINARY, cube_arguments(folder), {manager->variable(), "WATCHDOG_USEC=20000"});
