@@ -171,6 +171,37 @@ LogLevel read_log_level(const Document& document) {
   return static_cast<LogLevel>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
+LogConfig read_log(const Document& document) {
+  LogConfig log;
+  log.level = read_log_level(document);
+  const double most_mb = document.value("/log/max_mb", 1e-6 * static_cast<double>(log.max_bytes));
+  log.max_bytes = static_cast<std::uint64_t>(std::llround(1e6 * most_mb));
+  log.files = document.value("/log/files", log.files);
+  return log;
+}
+
+std::optional<int> read_cpu(const Document& document, const std::string& key) {
+  const Json* cpu = document.find(key);
+  return cpu ? std::optional(cpu->get<int>()) : std::nullopt;
+}
+
+// Threads of the parallel loops wait for each other by spinning: on one CPU, in real time, for good.
+int threads_on_one_cpu(const Document& document, int threads) {
+  if (threads > 1) {
+    document.refuse(JsonPointer("/simulator/threads"),
+                    quoted(Json(threads)) + " is more than realtime.simulation_cpu has room for, 1");
+  }
+  return 1;
+}
+
+RealtimeConfig read_realtime(const Document& document) {
+  RealtimeConfig realtime;
+  realtime.enabled = document.value("/realtime/enabled", realtime.enabled);
+  realtime.simulation_cpu = read_cpu(document, "/realtime/simulation_cpu");
+  realtime.io_cpu = read_cpu(document, "/realtime/io_cpu");
+  return realtime;
+}
+
 void override_assumptions(const Document& document, core::Scene& scene) {
   core::Material& material = scene.material;
   material.youngs_modulus = document.value("/material/youngs_modulus", material.youngs_modulus);
@@ -244,7 +275,11 @@ DaemonConfig read_config(const Document& document, const fs::path& base) {
   config.registration = read_registration(document, config.bundle);
   config.staleness = read_staleness(document);
   config.metrics.port = read_metrics_port(document);
-  config.log_level = read_log_level(document);
+  config.log = read_log(document);
+  config.log.file = place_of("/log/file");
+  config.realtime = read_realtime(document);
+  int& threads = config.simulator.solver.threads;
+  if (config.realtime.enabled && config.realtime.simulation_cpu) threads = threads_on_one_cpu(document, threads);
   return config;
 }
 

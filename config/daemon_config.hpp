@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -50,6 +51,20 @@ struct MetricsConfig {
 
 enum class LogLevel { trace, debug, info, warn, error, critical, off };
 
+struct LogConfig {
+  LogLevel level = LogLevel::warn;
+  std::filesystem::path file;          // empty: standard error
+  std::uint64_t max_bytes = 10000000;  // of one file; then the next is begun
+  int files = 5;                       // kept, the one that is written included
+};
+
+// What the kernel is asked for, so that other work on this machine cannot hold up a frame.
+struct RealtimeConfig {
+  bool enabled = false;               // false: nothing is asked for, CPUs included
+  std::optional<int> simulation_cpu;  // its thread is pinned to; nothing: the kernel chooses
+  std::optional<int> io_cpu;          // the same, of the thread that serves sockets
+};
+
 struct DaemonConfig {
   std::string source;           // the file, or the bundle's folder where there was no file; for messages
   std::string document;         // all that was said, JSON with absolute paths: see config_from_text
@@ -67,7 +82,8 @@ struct DaemonConfig {
   StalenessConfig staleness;
   std::filesystem::path record;  // where everything that is received and answered is recorded; empty: nowhere
   MetricsConfig metrics;
-  LogLevel log_level = LogLevel::warn;
+  LogConfig log;
+  RealtimeConfig realtime;
 };
 
 // Reads a configuration ("tissued-config/1"; config/schema/tissued.schema.json describes every key) and the bundle that

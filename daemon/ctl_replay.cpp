@@ -75,7 +75,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
   ReplayArguments& a = *arguments;
   CLI::App* command = app.add_subcommand("replay", "Repeat what `tissued --record` has recorded, bit for bit");
   command->footer(
-      "Steps the same frames with the same configuration, as fast as it can, and compares every answer and the state at\n"
+      "Steps the same frames with the same configuration, as fast as it can, and compares every answer and the state "
+      "at\n"
       "the end. Ends with 1 where a bit differs: another build, another kind of processor, or another model file.\n"
       "Example: tissuectl replay live.rec");
   command->add_option("FILE", a.file, "Recording of tissued")->type_name("")->required();

@@ -11,8 +11,9 @@
 
 namespace tissued::daemon {
 
-/// From the tracker's datagrams to frames, names without the bundle's subject: what tissued does with them as they come,
-/// and what is done with a recording of them. The same calls give the same frames. Nothing allocates after construction.
+/// From the tracker's datagrams to frames, names without the bundle's subject: what tissued does with them as they
+/// come, and what is done with a recording of them. The same calls give the same frames. Nothing allocates after
+/// construction.
 class FrameJoiner {
  public:
   explicit FrameJoiner(const config::DaemonConfig& config);

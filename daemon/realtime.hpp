@@ -2,7 +2,8 @@
 
 #include <pthread.h>
 
-#include <system_error>
+#include <optional>
+#include <string>
 
 namespace tissued::daemon {
 
@@ -11,11 +12,17 @@ namespace tissued::daemon {
 inline constexpr int kSimulationPriority = 10;
 inline constexpr int kServingPriority = 11;
 
-/// Puts a thread, and those that it will start, under SCHED_RR, so that other work on the machine cannot hold up a
-/// frame. Needs CAP_SYS_NICE or a limit (ulimit -r); says what the kernel said where it was refused.
-std::error_code schedule_realtime(pthread_t thread, int priority) noexcept;
+// What the kernel refuses comes back as one line, with the limit to raise; nothing where it was granted. `what` names
+// the thread in that line.
 
-/// Keeps the memory that the process has now from being paged out. Needs CAP_IPC_LOCK or a limit (ulimit -l).
-std::error_code lock_memory() noexcept;
+/// Puts a thread, and those that it will start, under SCHED_RR, so that other work on the machine cannot hold up a
+/// frame. Needs CAP_SYS_NICE or a limit.
+std::optional<std::string> schedule_realtime(const char* what, pthread_t thread, int priority);
+
+/// Keeps a thread, and those that it will start, on one CPU, counted from 0.
+std::optional<std::string> pin_to_cpu(const char* what, pthread_t thread, int cpu);
+
+/// Keeps the memory that the process has now from being paged out. Needs CAP_IPC_LOCK or a limit.
+std::optional<std::string> lock_memory();
 
 }  // namespace tissued::daemon

@@ -31,6 +31,7 @@ std::unique_ptr<SessionRecorder> make_recorder(const config::DaemonConfig& confi
 Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
                  std::function<void(const std::string&)> on_recording_failed)
     : simulator_(simulator),
+      realtime_(config.realtime),
       recorder_(make_recorder(config, counters_, std::move(on_recording_failed))),
       processor_(simulator, config, counters_),
       simulation_(
@@ -44,6 +45,9 @@ Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
       published_watch_(context_, published_.descriptor()),
       signals_(context_) {
   if (config.metrics.port) metrics_.emplace(context_, *config.metrics.port, [this] { return server_.metrics(); });
+  if (ServiceManager::listens()) {
+    service_.emplace(context_, simulation_, [this](std::uint64_t now_ns) { return server_.status(now_ns); });
+  }
 }
 
 Runtime::~Runtime() {
@@ -56,7 +60,9 @@ void Runtime::run() {
   receiver_.start();
   server_.start();
   if (metrics_) metrics_->start();
+  if (service_) service_->start();
   context_.run();
+  if (service_) service_->stop();
   simulation_.stop();
   receiver_.close();
   server_.close();
@@ -64,10 +70,19 @@ void Runtime::run() {
   if (recorder_) recorder_->stop(simulator_.state_hash());
 }
 
-std::error_code Runtime::prefer_realtime() noexcept {
-  if (const auto refused = simulation_.prefer_realtime()) return refused;
-  if (const auto refused = schedule_realtime(::pthread_self(), kServingPriority)) return refused;
-  return lock_memory();
+std::vector<std::string> Runtime::prefer_realtime() {
+  std::vector<std::string> refusals;
+  const auto note = [&](std::optional<std::string> refused) {
+    if (refused) refusals.push_back(std::move(*refused));
+  };
+  if (!realtime_.enabled) return refusals;
+  const pthread_t simulation = simulation_.native_handle(), serving = ::pthread_self();
+  note(schedule_realtime("the simulation", simulation, kSimulationPriority));
+  note(schedule_realtime("the sockets", serving, kServingPriority));
+  if (realtime_.simulation_cpu) note(pin_to_cpu("the simulation is", simulation, *realtime_.simulation_cpu));
+  if (realtime_.io_cpu) note(pin_to_cpu("the sockets are", serving, *realtime_.io_cpu));
+  note(lock_memory());
+  return refusals;
 }
 
 void Runtime::stop_on_signals() {

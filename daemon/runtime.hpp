@@ -8,8 +8,8 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "config/daemon_config.hpp"
 #include "core/simulator.hpp"
@@ -18,6 +18,7 @@
 #include "daemon/event_fd.hpp"
 #include "daemon/frame_processor.hpp"
 #include "daemon/metrics_server.hpp"
+#include "daemon/service_manager.hpp"
 #include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
 #include "daemon/tracker_receiver.hpp"
@@ -30,7 +31,8 @@ class Runtime {
   /// Binds all sockets; the simulator must outlive the runtime and have the config's scene, with its mesh.
   /// Where the configuration asks for a recording, its file is created; when that ends early, on_recording_failed is
   /// called with one line, on a thread of its own.
-  /// Throws BindError, core::ModelError, protocol::FileError, std::system_error.
+  /// Where a service manager has started the process, it is told how the daemon is doing, see ServiceManager.
+  /// Throws BindError, core::ModelError, protocol::FileError, std::runtime_error.
   Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
           std::function<void(const std::string&)> on_recording_failed = {});
   ~Runtime();
@@ -48,9 +50,10 @@ class Runtime {
   void run();
   /// From any thread; before run() as well.
   void stop() { context_.stop(); }
-  /// Real-time scheduling for the simulation and for the calling thread, which is to be the one that calls run(), and
-  /// memory that stays; says what the kernel refused. Before run().
-  std::error_code prefer_realtime() noexcept;
+  /// Where the configuration asks for it: real-time scheduling and CPUs for the simulation and for the calling thread,
+  /// which is to be the one that calls run(), and memory that stays. A line for each thing that the kernel refused,
+  /// see realtime.hpp. Before run().
+  std::vector<std::string> prefer_realtime();
   /// Called on the thread of run() when the alarm is raised and when it clears; must not block. Before run().
   void on_alarm(std::function<void(const AlarmAnswer&)> callback) { on_alarm_ = std::move(callback); }
   /// Makes SIGINT and SIGTERM stop.
@@ -65,6 +68,7 @@ class Runtime {
   void watch_alarm();
 
   core::Simulator& simulator_;
+  config::RealtimeConfig realtime_;
   boost::asio::io_context context_{1};  // one thread runs it
   Counters counters_;
   EventFd published_;
@@ -74,6 +78,7 @@ class Runtime {
   TrackerReceiver receiver_;
   ClientServer server_;
   std::optional<MetricsServer> metrics_;
+  std::optional<ServiceManager> service_;  // nothing: nobody wants to be told
   boost::asio::posix::stream_descriptor published_watch_;
   boost::asio::signal_set signals_;
   std::function<void(const AlarmAnswer&)> on_alarm_;

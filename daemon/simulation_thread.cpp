@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "daemon/realtime.hpp"
+#include "daemon/monotonic_clock.hpp"
 
 namespace tissued::daemon {
 
@@ -29,10 +29,6 @@ void SimulationThread::stop() {
   stopping_.store(true, std::memory_order_release);
   wake_up_.notify();
   thread_.join();
-}
-
-std::error_code SimulationThread::prefer_realtime() noexcept {
-  return schedule_realtime(thread_.native_handle(), kSimulationPriority);
 }
 
 void SimulationThread::submit(const protocol::TrackerFrame& frame) noexcept {
@@ -60,10 +56,12 @@ void SimulationThread::run() noexcept {
 }
 
 void SimulationThread::step() noexcept {
+  step_began_ns_.store(monotonic_ns(), std::memory_order_relaxed);
   previous_ = newest_;
   processor_.process(frames_.front(), previous_, newest_);
   publish_answer();
   if (recorder_ != nullptr) recorder_->add_answer(frames_.front(), newest_);
+  step_began_ns_.store(0, std::memory_order_relaxed);
 }
 
 void SimulationThread::publish_answer() noexcept {

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <pthread.h>
+
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <system_error>
 #include <thread>
 
 #include "daemon/answer.hpp"
@@ -33,8 +34,10 @@ class SimulationThread {
   SimulationThread& operator=(const SimulationThread&) = delete;
 
   void stop();
-  /// See schedule_realtime.
-  std::error_code prefer_realtime() noexcept;
+  /// For the scheduler.
+  pthread_t native_handle() { return thread_.native_handle(); }
+  /// From any thread: when the step at hand began, monotonic clock; 0 between steps.
+  std::uint64_t step_began_ns() const noexcept { return step_began_ns_.load(std::memory_order_relaxed); }
 
   /// I/O thread: hands on a frame; one that was not taken yet is counted as skipped.
   void submit(const protocol::TrackerFrame& frame) noexcept;
@@ -63,6 +66,7 @@ class SimulationThread {
   WakeUp wake_up_;
   std::atomic<bool> mesh_requested_{false};
   std::atomic<bool> stopping_{false};
+  std::atomic<std::uint64_t> step_began_ns_{0};
   Answer newest_;    // the simulation thread's own
   Answer previous_;  // the same, one step earlier
   std::thread thread_;

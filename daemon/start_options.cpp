@@ -33,8 +33,9 @@ void declare_options(CLI::App& app, StartOptions& options) {
   app.add_option("--tracker-port", options.tracker_port, "UDP port of the tracker's packets; 0: any free one");
   app.add_option("--client-port", options.client_port, "UDP port of the clients; 0: any free one");
   app.add_flag("--realtime", options.realtime,
-               "Ask the kernel for real-time scheduling, against other work on this machine");
-  app.add_option("--log-level", options.log_level, "What goes to stderr")
+               "Ask the kernel for real-time scheduling, against other work on this machine; short for --set "
+               "realtime.enabled=true");
+  app.add_option("--log-level", options.log_level, "What goes to the log")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}));
 }
 
@@ -49,6 +50,7 @@ config::DaemonConfig load_config(const StartOptions& options) {
   if (options.tracker_port) overrides.push_back("tracker.port=" + std::to_string(*options.tracker_port));
   if (options.client_port) overrides.push_back("clients.port=" + std::to_string(*options.client_port));
   if (!options.log_level.empty()) overrides.push_back("log.level=" + options.log_level);
+  if (options.realtime) overrides.push_back("realtime.enabled=true");
   config::DaemonConfig config = options.bundle_folder.empty()
                                     ? config::load_daemon_config(options.config_file, overrides)
                                     : config::config_for_bundle(options.bundle_folder, overrides);

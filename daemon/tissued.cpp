@@ -1,7 +1,5 @@
 // tissued: tracker packets in, targets out. Exit codes: 0 done, 1 the machine refused (port, memory), 2 usage,
 // configuration, bundle or mesh refused.
-#include <spdlog/async.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +12,7 @@
 #include "daemon/alarm_report.hpp"
 #include "daemon/answer_messages.hpp"
 #include "daemon/bound_socket.hpp"
+#include "daemon/log_output.hpp"
 #include "daemon/runtime.hpp"
 #include "daemon/scene_loader.hpp"
 #include "daemon/start_options.hpp"
@@ -23,15 +22,6 @@ namespace {
 
 constexpr int kRefusedByMachine = 1;
 constexpr int kRefusedInput = 2;
-
-void start_logging(config::LogLevel level) {
-  // A thread of its own writes: a terminal that does not read must not hold up answers. What it cannot take is lost.
-  spdlog::init_thread_pool(256, 1);
-  auto logger = spdlog::create_async_nb<spdlog::sinks::stderr_sink_mt>("tissued");
-  logger->set_pattern("tissued: %l: %v");
-  logger->set_level(static_cast<spdlog::level::level_enum>(level));
-  spdlog::set_default_logger(logger);
-}
 
 void warn_of_open_address(const char* what, const std::string& address) {
   if (is_loopback(address)) return;
@@ -61,17 +51,13 @@ void log_summary(const Runtime& runtime, const core::Simulator& simulator) {
       ms(latency.percentile_ns(0.99)), ms(latency.max_ns()), simulator.state_hash());
 }
 
-int serve(const config::DaemonConfig& config, core::Simulator& simulator, bool realtime) {
+int serve(const config::DaemonConfig& config, core::Simulator& simulator) {
   warn_of_open_address("tracker", config.tracker.address);
   warn_of_open_address("clients", config.clients.address);
   Runtime runtime(config, simulator, [](const std::string& line) { spdlog::error("{}", line); });
   runtime.stop_on_signals();
   runtime.on_alarm(log_alarm);
-  if (realtime) {
-    if (const auto refused = runtime.prefer_realtime()) {
-      spdlog::warn("no real-time scheduling: {} (see ulimit -r and -l)", refused.message());
-    }
-  }
+  for (const std::string& refused : runtime.prefer_realtime()) spdlog::warn("{}", refused);
   std::printf("listening tracker=%u clients=%u", unsigned{runtime.tracker_port()}, unsigned{runtime.client_port()});
   if (const auto port = runtime.metrics_port()) std::printf(" metrics=%u", unsigned{*port});
   std::printf("\n");
@@ -92,9 +78,13 @@ int start(const StartOptions& options) {
     return 0;
   }
   const config::DaemonConfig config = load_config(options);
-  start_logging(config.log_level);
+  if (options.check) {
+    start_logging_to_stderr(config.log.level);
+  } else {
+    start_logging(config);
+  }
   const auto simulator = core::make_simulator(load_scene(config.bundle), config.simulator);
-  if (!options.check) return serve(config, *simulator, options.realtime);
+  if (!options.check) return serve(config, *simulator);
   Counters counters;
   const FrameProcessor processor(*simulator, config, counters);  // asks what only a start would ask
   const core::Scene& scene = simulator->scene();

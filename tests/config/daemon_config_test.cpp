@@ -20,7 +20,7 @@ const char* const kFullConfig = R"({
   "tracker": {"address": "0.0.0.0", "port": 5000, "frame_deadline_ms": 12.5, "subject": "other"},
   "clients": {"address": "::1", "port": 0, "max_subscribers": 3, "lease_s": 25},
   "simulator": {"kind": "admm", "scheme": "algorithm-1", "iterations": 20, "tolerance": 0.01, "weight_scale": 2,
-                "threads": 2, "time_step": 0.005,
+                "threads": 1, "time_step": 0.005,
                 "pbd": {"particle_spacing": 4, "cluster_spacing": 9.6, "cluster_radius": 9, "cluster_stiffness": 0.4,
                         "time_step": 0.01, "substeps": 2, "iterations": 7, "damping": 10, "collision_distance": 2,
                         "shape_friction": 0.3, "particle_friction": 0.2, "self_collision": false,
@@ -32,7 +32,8 @@ const char* const kFullConfig = R"({
   "markers": ["M1", "M2"],
   "registration": {"fit": false, "rest_frames": 10, "placement_sd": 1, "rest_tolerance": 0.3},
   "staleness": {"stale_after_ms": 50, "lost_after_ms": 500},
-  "log": {"level": "debug"}
+  "log": {"level": "debug", "file": "live.log", "max_mb": 0.25, "files": 3},
+  "realtime": {"enabled": true, "simulation_cpu": 1, "io_cpu": 0}
 })";
 
 std::vector<std::string> marker_names(const DaemonConfig& config) {
@@ -62,7 +63,7 @@ TEST_CASE("Every key of a configuration arrives in its struct") {
   CHECK(config.simulator.solver.iterations == 20);
   CHECK(config.simulator.solver.tolerance == 0.01);
   CHECK(config.simulator.solver.weight_scale == 2.0);
-  CHECK(config.simulator.solver.threads == 2);
+  CHECK(config.simulator.solver.threads == 1);
   CHECK(config.simulator.solver.time_step == 0.005);
   const tissued::core::PbdOptions& pbd = config.simulator.pbd;
   CHECK(pbd.particle_spacing == 4.0);
@@ -99,7 +100,13 @@ TEST_CASE("Every key of a configuration arrives in its struct") {
   CHECK(config.registration.rest_tolerance == 0.3);
   CHECK(config.staleness.stale_after == 50ms);
   CHECK(config.staleness.lost_after == 500ms);
-  CHECK(config.log_level == LogLevel::debug);
+  CHECK(config.log.level == LogLevel::debug);
+  CHECK(config.log.file == folder.path() / "live.log");
+  CHECK(config.log.max_bytes == 250000);
+  CHECK(config.log.files == 3);
+  CHECK(config.realtime.enabled);
+  CHECK(config.realtime.simulation_cpu == 1);
+  CHECK(config.realtime.io_cpu == 0);
 }
 
 TEST_CASE("A bundle alone is enough to start from") {
@@ -120,7 +127,10 @@ TEST_CASE("A bundle alone is enough to start from") {
   CHECK(config.registration.fit);
   CHECK(marker_names(config) == Names{"M10", "M2", "M1"});
   CHECK(config.unused_markers.empty());
-  CHECK(config.log_level == LogLevel::warn);
+  CHECK(config.log.level == LogLevel::warn);
+  CHECK(config.log.file.empty());
+  CHECK_FALSE(config.realtime.enabled);
+  CHECK_FALSE(config.realtime.simulation_cpu);
 
   const BundleFolder fixed(with(with(kFullBundle, "/world_from_tracker", ""), "/rate", "250"));
   CHECK_FALSE(config_for_bundle(fixed.path()).registration.fit);
@@ -182,7 +192,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/bundle", "7", "/bundle: 7 is not a string"},
       {"/simulators", "{}",
        "/simulators: unknown key; known are format, bundle, tracker, clients, model, simulator, material, gravity, "
-       "filter, fem, alarm, markers, registration, staleness, record, metrics and log"},
+       "filter, fem, alarm, markers, registration, staleness, record, metrics, log and realtime"},
       {"/model", "3", "/model: 3 is not a string"},
       {"/tracker", "51001", "/tracker: 51001 is not an object"},
       {"/tracker/address", R"("localhost")", R"(/tracker/address: "localhost" is not an IPv4 or IPv6 address)"},
@@ -246,6 +256,14 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/metrics/port", "65536", "/metrics/port: 65536 is above the maximum 65535"},
       {"/log/level", R"("loud")",
        R"(/log/level: "loud" is not one of "trace", "debug", "info", "warn", "error", "critical" or "off")"},
+      {"/log/file", R"("")", R"(/log/file: "" has 0 characters, fewer than the minimum 1)"},
+      {"/log/max_mb", "0", "/log/max_mb: 0 is below the minimum 0.01"},
+      {"/log/files", "0", "/log/files: 0 is below the minimum 1"},
+      {"/log/files", "101", "/log/files: 101 is above the maximum 100"},
+      {"/realtime/enabled", "1", "/realtime/enabled: 1 is not a boolean"},
+      {"/realtime/simulation_cpu", "-1", "/realtime/simulation_cpu: -1 is below the minimum 0"},
+      {"/realtime/io_cpu", "1024", "/realtime/io_cpu: 1024 is above the maximum 1023"},
+      {"/simulator/threads", "2", "/simulator/threads: 2 is more than realtime.simulation_cpu has room for, 1"},
   };
   const BundleFolder folder;
   for (const Case& bad : cases) {
@@ -268,6 +286,16 @@ TEST_CASE("Overrides of a configuration pass its checks") {
   const std::string line = "--set simulator.iterations=0: /simulator/iterations: 0 is below the minimum 1";
   CHECK(refusal([&] { load_daemon_config(path, bad); }) == line);
   CHECK(refusal([&] { config_for_bundle(folder.path(), bad); }) == line);
+}
+
+TEST_CASE("A simulation pinned to one CPU has one thread, unless nothing is pinned") {
+  const BundleFolder folder;
+  const auto threads = [&](const Names& overrides) {
+    return config_for_bundle(folder.path(), overrides).simulator.solver.threads;
+  };
+  CHECK(threads({"realtime.simulation_cpu=0", "realtime.enabled=true"}) == 1);
+  CHECK(threads({"realtime.simulation_cpu=0", "simulator.threads=2"}) == 2);
+  CHECK(threads({"realtime.enabled=true", "realtime.io_cpu=0", "simulator.threads=2"}) == 2);
 }
 
 TEST_CASE("Lost is never sooner than stale where only stale is given") {

@@ -85,7 +85,7 @@ TEST_CASE("The schemas are valid draft-07") {
 
 TEST_CASE("Every key is described, and every number's unit is in the words") {
   const std::regex unit(
-      R"(\b(mm2?|s|kPa|N|g/cm3|g|g0|Hz|milliseconds|seconds|frames|no unit|iterations|threads|port|px|modes|subscriptions)\b|unit vector)",
+      R"(\b(mm2?|s|kPa|N|g/cm3|g|g0|Hz|milliseconds|seconds|frames|no unit|iterations|threads|port|MB|log files|CPU|px|modes|subscriptions)\b|unit vector)",
       std::regex::icase);
   for (const std::string_view text : {config_schema(), bundle_schema()}) {
     const Json root = parse_json(text, "schema");
@@ -163,7 +163,14 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
                       config.registration.rest_tolerance,
                       config.staleness.stale_after.count(),
                       config.staleness.lost_after.count(),
-                      static_cast<int>(config.log_level),
+                      config.metrics.port.has_value(),
+                      static_cast<int>(config.log.level),
+                      config.log.file.string(),
+                      config.log.max_bytes,
+                      config.log.files,
+                      config.realtime.enabled,
+                      config.realtime.simulation_cpu.value_or(-1),
+                      config.realtime.io_cpu.value_or(-1),
                       config.bundle.scene.markers.size(),
                       config.bundle.scene.material.youngs_modulus,
                       config.bundle.scene.material.poissons_ratio,
@@ -180,7 +187,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
     const std::string key = std::regex_replace(place, std::regex("/properties"), "");
     CHECK(described(with(kConfig, key, node["default"].dump())) == left_out);
   });
-  CHECK(defaults == 58);
+  CHECK(defaults == 64);
 }
 
 TEST_CASE("The simulators that the schema offers are those that core makes") {

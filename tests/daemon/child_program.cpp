@@ -25,7 +25,8 @@ std::string read_all(int descriptor) {
 
 }  // namespace
 
-ChildProgram::ChildProgram(const std::string& path, const std::vector<std::string>& arguments) {
+ChildProgram::ChildProgram(const std::string& path, const std::vector<std::string>& arguments,
+                           const std::vector<std::string>& environment) {
   std::array<int, 2> out{}, err{};
   if (::pipe2(out.data(), O_CLOEXEC) != 0 || ::pipe2(err.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
   posix_spawn_file_actions_t actions;
@@ -35,7 +36,11 @@ ChildProgram::ChildProgram(const std::string& path, const std::vector<std::strin
   std::vector<char*> argv{const_cast<char*>(path.c_str())};
   for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  const int failure = ::posix_spawn(&child_, path.c_str(), &actions, nullptr, argv.data(), environ);
+  std::vector<char*> variables;
+  for (const auto& variable : environment) variables.push_back(const_cast<char*>(variable.c_str()));
+  for (char** inherited = environ; *inherited != nullptr; ++inherited) variables.push_back(*inherited);
+  variables.push_back(nullptr);
+  const int failure = ::posix_spawnp(&child_, path.c_str(), &actions, nullptr, argv.data(), variables.data());
   posix_spawn_file_actions_destroy(&actions);
   ::close(out[1]);
   ::close(err[1]);

@@ -9,7 +9,9 @@
 // A program of ours as a child process, its stdout and stderr in pipes.
 class ChildProgram {
  public:
-  explicit ChildProgram(const std::string& path, const std::vector<std::string>& arguments);
+  // The path is looked for in PATH where it has no slash. environment: `NAME=VALUE` beside what this process has.
+  explicit ChildProgram(const std::string& path, const std::vector<std::string>& arguments,
+                        const std::vector<std::string>& environment = {});
   // Kills it where it still runs.
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;

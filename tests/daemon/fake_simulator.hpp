@@ -54,6 +54,7 @@ class FakeSimulator : public tissued::core::Simulator {
   void reset() override { positions_ = rest_; }
 
   tissued::core::StepReport step(const tissued::core::Observation& observation) noexcept override {
+    while (stuck) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     if (const int delay = delay_ms; delay > 0) std::this_thread::sleep_for(std::chrono::milliseconds(delay));
     ++steps;
     tissued::core::StepReport report;
@@ -97,6 +98,7 @@ class FakeSimulator : public tissued::core::Simulator {
     return observations_;
   }
 
+  std::atomic<bool> stuck{false};  // a step does not end before this does
   std::atomic<int> delay_ms{0};
   std::atomic<int> steps{0};
   std::atomic<int> rejected{0};

@@ -46,9 +46,9 @@ void track(std::uint16_t port) {
 }
 
 config::DaemonConfig config_of(const std::filesystem::path& bundle, const std::filesystem::path& record) {
-  return config::config_for_bundle(bundle, std::vector<std::string>{"alarm.enabled=false", "tracker.port=0",
-                                                                    "clients.port=0", "simulator.iterations=7",
-                                                                    "record=" + record.string()});
+  return config::config_for_bundle(bundle,
+                                   std::vector<std::string>{"alarm.enabled=false", "tracker.port=0", "clients.port=0",
+                                                            "simulator.iterations=7", "record=" + record.string()});
 }
 
 // Returns the state in which the simulation ended.
@@ -152,8 +152,7 @@ TEST_CASE("A recorded run is repeated bit for bit, incomplete frames and all") {
   SECTION("a bundle that has moved is named; another one is refused") {
     const std::filesystem::path moved = folder.path() / "moved";
     std::filesystem::create_directory(moved);
-    for (const char* file : {"bundle.json", "mesh.msh"})
-      std::filesystem::copy_file(folder.path() / file, moved / file);
+    for (const char* file : {"bundle.json", "mesh.msh"}) std::filesystem::copy_file(folder.path() / file, moved / file);
     CHECK(replay(config.record, moved).is_same());
     std::ofstream(moved / "bundle.json", std::ios::app) << "\n";
     CHECK_THROWS_WITH(replay(config.record, moved), Catch::Contains("not the bundle"));

@@ -1,12 +1,15 @@
 // The program itself: command line, exit codes, what it prints, how it ends.
 #include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/daemon/child_program.hpp"
@@ -50,6 +53,23 @@ Ports read_ports(ChildProgram& program) {
 }
 
 std::string text(int number) { return std::to_string(number); }
+
+// Those that a thread of this name may run on.
+std::vector<int> cpus_of(const ChildProgram& program, const std::string& thread) {
+  for (const auto& task : std::filesystem::directory_iterator("/proc/" + text(program.id()) + "/task")) {
+    std::string name;
+    std::getline(std::ifstream(task.path() / "comm"), name);
+    cpu_set_t allowed;
+    if (name != thread || ::sched_getaffinity(std::stoi(task.path().filename()), sizeof allowed, &allowed) != 0)
+      continue;
+    std::vector<int> cpus;
+    for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+      if (CPU_ISSET(cpu, &allowed)) cpus.push_back(cpu);
+    }
+    if (task.path().filename() == text(program.id()) || thread != "tissued") return cpus;
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -187,6 +207,54 @@ TEST_CASE("tissued --realtime runs its threads in real time, or says that it may
   } else {
     CHECK_THAT(log, Contains("no real-time scheduling"));
   }
+}
+
+TEST_CASE("tissued pins its threads to the CPUs of the configuration") {
+  if (std::thread::hardware_concurrency() < 2) {
+    WARN("skipped: one CPU");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string bundle = write_cube_bundle(folder);
+  const bool realtime = GENERATE(true, false);
+  std::vector<std::string> arguments{"--bundle", bundle, "--tracker-port", "0", "--client-port", "0"};
+  arguments.insert(arguments.end(), {"--set", "realtime.simulation_cpu=1", "--set", "realtime.io_cpu=0"});
+  if (realtime) arguments.push_back("--realtime");
+  ChildProgram program(TISSUED_BINARY, arguments);
+  read_ports(program);
+  if (realtime) {
+    CHECK(cpus_of(program, "simulation") == std::vector<int>{1});
+    CHECK(cpus_of(program, "tissued") == std::vector<int>{0});
+  } else {
+    CHECK(cpus_of(program, "simulation").size() > 1);
+  }
+  program.signal(SIGTERM);
+  CHECK(program.wait() == 0);
+  CHECK_THAT(program.rest_of_stderr(), !Contains("CPU"));
+}
+
+TEST_CASE("tissued says for everything that it may not have what limit to raise, and serves all the same") {
+  const TemporaryFolder folder;
+  const std::string bundle = write_cube_bundle(folder);
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+  std::vector<std::string> command{"prlimit", "--rtprio=0", "--memlock=65536"};
+  if (::geteuid() == 0) {
+    command.insert(command.end(), {"setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--inh-caps=-all",
+                                   "--bounding-set=-all"});
+  }
+  command.insert(command.end(), {TISSUED_BINARY, "--bundle", bundle, "--tracker-port", "0", "--client-port", "0"});
+  command.insert(command.end(), {"--realtime", "--set", "realtime.simulation_cpu=1023", "--set", "realtime.io_cpu=0"});
+  ChildProgram program(command.front(), {command.begin() + 1, command.end()});
+  FakeClient client(read_ports(program).clients);
+  CHECK(client.ask<protocol::HelloReply>(protocol::Hello{name_of("test")}).model.view() == "cube");
+  program.signal(SIGTERM);
+  CHECK(program.wait() == 0);
+  const std::string log = program.rest_of_stderr();
+  CHECK(std::count(log.begin(), log.end(), '\n') == 4);
+  CHECK_THAT(log, Contains("of the simulation: Operation not permitted; raise the limit 0 to 10") &&
+                      Contains("of the sockets: Operation not permitted; raise the limit 0 to 11") &&
+                      Contains("the simulation is not pinned to CPU 1023: Invalid argument; this process may use ") &&
+                      Contains("memory may be paged out: Cannot allocate memory; raise the limit 65536 bytes"));
 }
 
 TEST_CASE("tissued warns aloud where more than this machine can reach it") {
