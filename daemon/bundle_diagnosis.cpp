@@ -50,6 +50,7 @@ core::Diagnosis diagnose_bundle(const std::string& folder, const fs::path& out, 
   core::SearchOptions search;
   search.threads = options.threads;
   search.budget = options.budget;
+  search.processor_time = options.processor_time;
   search.refine_mesh = !options.quick;
   search.interrupted = &interrupted;
   search.progress = progress;

@@ -12,7 +12,8 @@ namespace tissued::daemon {
 
 struct BundleDiagnosisOptions {
   int threads = 0;        // 0: as many as there are processors
-  double budget = 150.0;  // s
+  double budget = core::SearchOptions().budget;  // s
+  bool processor_time = false;  // the budget's, per thread; else by the clock
   bool quick = false;     // do not judge the elements by finer ones
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <omp.h>
+#include <time.h>
 
 #include <algorithm>
 #include <atomic>
@@ -16,14 +17,14 @@ namespace tissued::core {
 // Jobs over threads, until time is over; what is said of them.
 class Work {
  public:
-  explicit Work(const SearchOptions& options) : options_(&options), begin_(std::chrono::steady_clock::now()) {
+  explicit Work(const SearchOptions& options) : options_(&options), begin_(clock()) {
     // A fit takes its time: what is under way must hear of the end, too.
     watch_ = std::jthread([this](const std::stop_token& done) {
       while (!done.stop_requested() && !over()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     });
   }
 
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  double seconds() const { return clock() - begin_; }
   double share_of_budget() const { return seconds() / options_->budget; }
   bool over() {
     if (seconds() > options_->budget - kept_ || (options_->interrupted != nullptr && options_->interrupted->load()))
@@ -57,8 +58,16 @@ class Work {
   std::atomic<bool> stop{false};
 
  private:
+  // s, from anywhere.
+  double clock() const {
+    timespec now{};
+    clock_gettime(options_->processor_time ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC, &now);
+    const double seconds = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    return options_->processor_time ? seconds / threads() : seconds;
+  }
+
   const SearchOptions* options_;
-  std::chrono::steady_clock::time_point begin_;
+  double begin_;
   std::atomic<double> kept_{0.0};
   std::mutex mutex_;
   double share_ = 0.0;

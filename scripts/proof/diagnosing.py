@@ -27,7 +27,7 @@ def diagnose(folders, reader, children, tissuectl, name, budget):
     reader.own(out)
     log_path = os.path.join(out, "log.txt")
     with open(log_path, "w") as log:
-        code, processor = _run(reader, children, [tissuectl, "diagnose", bundle, "--out", out, "--threads", "1", "--budget", str(budget)], log)
+        code, processor = _run(reader, children, [tissuectl, "diagnose", bundle, "--out", out, "--threads", "1", "--budget", str(budget), "--processor-time"], log)
         seconds, failed = time.monotonic() - began, []
         for trial in json.loads(read(os.path.join(bundle, "bundle.json")))["held_out"]:
             for model, path in (([], f"{trial}.assumed.csv"), (["--model", os.path.join(out, "model.json")], f"{trial}.csv")):
