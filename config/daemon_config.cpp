@@ -42,6 +42,8 @@ TrackerConfig read_tracker(const Document& document, const Bundle& bundle) {
   tracker.address = read_address(document, "/tracker/address", tracker.address);
   tracker.port = document.value("/tracker/port", tracker.port);
   tracker.subject = document.value("/tracker/subject", bundle.subject);
+  if (document.find("/tracker/peer")) tracker.peer = read_address(document, "/tracker/peer", "");
+  tracker.peer_port = document.value("/tracker/peer_port", tracker.peer_port);
   const Milliseconds period(1e3 / bundle.scene.rate);
   const auto usual = std::min<Milliseconds>(tracker.frame_deadline, 0.5 * period);
   const auto deadline = duration(document, "/tracker/frame_deadline_ms", usual);
@@ -60,7 +62,41 @@ ClientsConfig read_clients(const Document& document) {
   clients.port = document.value("/clients/port", clients.port);
   clients.max_subscribers = document.value("/clients/max_subscribers", clients.max_subscribers);
   clients.lease = to_nanoseconds(duration<Seconds>(document, "/clients/lease_s", clients.lease));
+  clients.max_requests_per_s = document.value("/clients/max_requests_per_s", clients.max_requests_per_s);
   return clients;
+}
+
+constexpr int kMostSealedSubscribers = 48;  // their contacts keep their places, and newcomers need some, too
+
+void read_keys(const Document& document, const fs::path& file, DaemonConfig& config) {
+  if (!file.empty()) config.keys = read_key_file(file);
+  const bool has_keys = !config.keys.empty();
+  const auto has_role = [](KeyRole role) {
+    return [role](const PreSharedKey& key) { return key.role == role || key.role == KeyRole::both; };
+  };
+  const bool seals_tracker = std::any_of(config.keys.begin(), config.keys.end(), has_role(KeyRole::tracker));
+  const bool tracker_named = !config.tracker.peer.empty();
+  if (has_keys && !seals_tracker && !tracker_named) {
+    document.refuse(JsonPointer("/keys"),
+                    "none of the keys is a tracker's, and no tracker.peer is given: nobody "
+                    "could send a frame");
+  }
+  if (has_keys && config.clients.max_subscribers > kMostSealedSubscribers) {
+    document.refuse(JsonPointer("/clients/max_subscribers"), quoted(Json(config.clients.max_subscribers)) +
+                                                                 " is more than there is room for with keys, " +
+                                                                 quoted(Json(kMostSealedSubscribers)));
+  }
+  const bool insecure = document.value("/insecure", false);
+  const auto refuse_open = [&](const char* key, const std::string& address) {
+    if (has_keys || insecure || is_loopback(address)) return;
+    document.refuse(JsonPointer(key), quoted(Json(address)) +
+                                          " can be reached by others than this machine: give a file of `keys`, or say "
+                                          "`insecure` (--insecure) and believe anybody");
+  };
+  refuse_open("/tracker/address", config.tracker.address);
+  refuse_open("/clients/address", config.clients.address);
+  config.clients.prove_addresses =
+      document.value("/clients/prove_addresses", !has_keys && !is_loopback(config.clients.address));
 }
 
 core::FemSimulatorOptions read_fem(const Document& document) {
@@ -251,7 +287,11 @@ std::string repeatable(const Document& document, const DaemonConfig& config) {
   Json root = document.root();
   root["bundle"] = fs::absolute(config.bundle.folder).lexically_normal().string();
   if (!config.model.empty()) root["model"] = fs::absolute(config.model).lexically_normal().string();
-  root.erase("record");
+  for (const char* own : {"record", "record_max_mb", "keys", "clients"}) root.erase(own);
+  if (root.contains("tracker")) {
+    for (const char* own : {"address", "peer", "peer_port"}) root["tracker"].erase(own);
+    if (root["tracker"].empty()) root.erase("tracker");
+  }
   return root.dump();
 }
 
@@ -265,12 +305,15 @@ DaemonConfig read_config(const Document& document, const fs::path& base) {
   };
   config.model = place_of("/model");
   config.record = place_of("/record");
+  const double record_mb = document.value("/record_max_mb", 1e-6 * static_cast<double>(config.record_max_bytes));
+  config.record_max_bytes = static_cast<std::uint64_t>(std::llround(1e6 * record_mb));
   config.bundle = load_bundle(place_of("/bundle"));
   config.document = repeatable(document, config);
   config.unused_markers = select_markers(document, config.bundle);
   override_assumptions(document, config.bundle.scene);
   config.tracker = read_tracker(document, config.bundle);
   config.clients = read_clients(document);
+  read_keys(document, place_of("/keys"), config);
   config.simulator = read_simulator(document, config.bundle);
   config.registration = read_registration(document, config.bundle);
   config.staleness = read_staleness(document);
@@ -284,6 +327,13 @@ DaemonConfig read_config(const Document& document, const fs::path& base) {
 }
 
 }  // namespace
+
+bool is_loopback(const std::string& address) {
+  in_addr v4{};
+  if (inet_pton(AF_INET, address.c_str(), &v4) == 1) return ntohl(v4.s_addr) >> 24 == IN_LOOPBACKNET;
+  in6_addr v6{};
+  return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
+}
 
 DaemonConfig load_daemon_config(const fs::path& path, std::span<const std::string> overrides) {
   return read_config(Document(read_json(path), path.string(), overrides, config_schema()), path.parent_path());

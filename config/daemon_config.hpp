@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/bundle.hpp"
+#include "config/key_file.hpp"
 #include "core/simulator.hpp"
 
 namespace tissued::config {
@@ -20,6 +21,9 @@ struct TrackerConfig {
   // After its first part, a frame that is missing parts is stepped anyway; half a frame period where that is less.
   std::chrono::nanoseconds frame_deadline = std::chrono::milliseconds(4);
   std::string subject;  // labels may come as `subject:label`; the bundle's, unless said otherwise
+  // What is not sealed is believed from there alone; empty, 0: from anywhere.
+  std::string peer;  // IPv4 or IPv6
+  std::uint16_t peer_port = 0;
 };
 
 struct ClientsConfig {
@@ -28,6 +32,9 @@ struct ClientsConfig {
   int max_subscribers = 16;
   // The longest that a subscription is granted; it ends then unless renewed.
   std::chrono::nanoseconds lease = std::chrono::seconds(10);
+  int max_requests_per_s = 1000;  // of one client
+  // A client must show that it receives where it sends from before it gets anything longer than its question.
+  bool prove_addresses = false;
 };
 
 struct RegistrationConfig {
@@ -73,6 +80,7 @@ struct DaemonConfig {
   std::vector<std::string> unused_markers;  // known to the bundle, not selected: expected from the tracker, not used
   TrackerConfig tracker;
   ClientsConfig clients;
+  std::vector<PreSharedKey> keys;    // empty: nothing is sealed
   core::SimulatorOptions simulator;  // solver.time_step is filled: 1/rate where none was given
   RegistrationConfig registration;
   // What is known to be wrong of the tracker: markers arrive `marker_delay` s later than pads, and are to be taken for
@@ -81,10 +89,14 @@ struct DaemonConfig {
   core::RigidTransform marker_correction;
   StalenessConfig staleness;
   std::filesystem::path record;  // where everything that is received and answered is recorded; empty: nowhere
+  std::uint64_t record_max_bytes = 1'000'000'000;  // of one file; then the next is begun
   MetricsConfig metrics;
   LogConfig log;
   RealtimeConfig realtime;
 };
+
+// Whether only this machine can reach `address`, IPv4 or IPv6.
+bool is_loopback(const std::string& address);
 
 // Reads a configuration ("tissued-config/1"; config/schema/tissued.schema.json describes every key) and the bundle that
 // it names. overrides: as in load_bundle, with the keys of the configuration, e.g. `material.poissons_ratio=0.42` or

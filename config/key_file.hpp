@@ -33,6 +33,7 @@ struct PreSharedKey {
   std::array<std::uint8_t, 32> secret{};
 
   ~PreSharedKey();
+  friend bool operator==(const PreSharedKey&, const PreSharedKey&) = default;
 };
 
 // In the file's order; names and keys are unique, and there is at least one. Throws ConfigError: `FILE: REASON` where

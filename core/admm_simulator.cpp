@@ -126,40 +126,53 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
   StepReport report;
   report.finite = std::all_of(observation.probes.begin(), observation.probes.end(), is_sound);
   if (!report.finite) return report;
-  const int frames = std::clamp(static_cast<int>(std::lround(observation.dt / time_step_)), 1, 20);
-  if (options_.solver.scheme == Scheme::per_frame) {
-    iterate(observation, observation.dt, options_.solver.iterations, report);
-    bring_forward(observation, report);
-    correct(observation, observation.dt, frames, report);
-  } else {
-    // Algorithm 1 as printed: n counts iterations and time steps at once. The frame's time is shared out over its n, so
-    // that simulated and measured time agree; its markers and pads stay. It knows no gaps: every n is one step of the
-    // covariance, or a lost frame would unsettle a gain that needs hundreds of these short steps to settle again.
-    for (int n = 0; n < steps_per_frame(); ++n) {
-      iterate(observation, observation.dt / steps_per_frame(), 1, report);
-      if (n == 0) bring_forward(observation, report);
-      correct(observation, observation.dt / steps_per_frame(), 1, report);
-    }
-  }
+  solve(observation, report);
   report.penetration = workspace_->contact.penetration(state_->x);
   report.converged = std::max({report.primal_residual, report.dual_residual, report.penetration}) <=
                      std::max(options_.solver.tolerance, kSettledMove);
-  report.finite = state_is_finite();
+  report.finite = !report.braked && state_is_finite();
   if (report.finite) {
     last_finite_ = state_->x;
     read_pad_forces(observation.pads);
   } else {
-    // The last good answer is held; duals and velocity start again from it.
-    state_->reset(*model_);
-    state_->x = last_finite_;
-    state_->x_previous = last_finite_;
-    workspace_->held.forget_forces();
-    workspace_->contact.forget();
-    if (effects_) effects_->reset();
-    if (filter_) filter_->reset();
-    if (watch_) watch_->alarm.reset();
+    hold_last_finite();
   }
   return report;
+}
+
+// Ends where the state is lost or the brake is pulled: the filters learn nothing from that.
+void AdmmSimulator::solve(const Observation& observation, StepReport& report) {
+  const int frames = std::clamp(static_cast<int>(std::lround(observation.dt / time_step_)), 1, 20);
+  if (options_.solver.scheme == Scheme::per_frame) {
+    const int most = options_.solver.iterations;
+    iterate(observation, observation.dt,
+            observation.max_iterations > 0 ? std::min(observation.max_iterations, most) : most, report);
+    if (report.braked || !state_is_finite()) return;
+    bring_forward(observation, report);
+    correct(observation, observation.dt, frames, report);
+    return;
+  }
+  // Algorithm 1 as printed: n counts iterations and time steps at once. The frame's time is shared out over its n, so
+  // that simulated and measured time agree; its markers and pads stay. It knows no gaps: every n is one step of the
+  // covariance, or a lost frame would unsettle a gain that needs hundreds of these short steps to settle again.
+  for (int n = 0; n < steps_per_frame(); ++n) {
+    iterate(observation, observation.dt / steps_per_frame(), 1, report);
+    if (report.braked || !state_is_finite()) return;
+    if (n == 0) bring_forward(observation, report);
+    correct(observation, observation.dt / steps_per_frame(), 1, report);
+  }
+}
+
+// The last good answer; duals and velocity start again from it.
+void AdmmSimulator::hold_last_finite() {
+  state_->reset(*model_);
+  state_->x = last_finite_;
+  state_->x_previous = last_finite_;
+  workspace_->held.forget_forces();
+  workspace_->contact.forget();
+  if (effects_) effects_->reset();
+  if (filter_) filter_->reset();
+  if (watch_) watch_->alarm.reset();
 }
 
 void AdmmSimulator::iterate(const Observation& observation, double dt, int iterations, StepReport& report) {
@@ -176,6 +189,8 @@ void AdmmSimulator::iterate(const Observation& observation, double dt, int itera
   state.x_previous.swap(state.x);  // x_{n-1} <- x_n
   state.x = state.x_previous + extrapolate * (state.x_previous - state.x);
   for (int k = 0; k < iterations; ++k) {
+    report.braked = observation.brake.pulled();
+    if (report.braked) return;
     LocalStepResult local;
     report.dual_residual = iterate_once(observation.pads, dt, dt, k % effects_every_ == 0, &local);
     report.primal_residual = local.primal;

@@ -45,6 +45,8 @@ class AdmmSimulator final : public Simulator {
   void settle();
   double iterate_once(std::span<const PadInput> pads, double dt, double effect_time, bool anew,
                       LocalStepResult* local = nullptr);
+  void solve(const Observation& observation, StepReport& report);
+  void hold_last_finite();
   void iterate(const Observation& observation, double dt, int iterations, StepReport& report);
   void bring_forward(const Observation& observation, StepReport& report);
   void correct(const Observation& observation, double dt, int frames, StepReport& report);

@@ -1,6 +1,8 @@
 // One interface for every simulator: the daemon, the player and the studies know no other.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -77,6 +79,13 @@ struct SimulatorOptions {
 // Whether the simulator looks at Observation::markers: the others run in open loop.
 bool reads_markers(const SimulatorOptions& options);
 
+// By which another thread ends a step that takes too long. A step that began after it was pulled goes on.
+struct StepBrake {
+  const std::atomic<std::uint64_t>* pulled_for = nullptr;  // number of a step; null: nobody can
+  std::uint64_t step = 0;                                  // number of this one, above 0
+  bool pulled() const noexcept { return pulled_for != nullptr && pulled_for->load(std::memory_order_relaxed) == step; }
+};
+
 // One tracker frame in tissue coordinates, sized to the scene by the caller: entry i belongs to pads[i], probes[i],
 // markers[i].
 struct Observation {
@@ -87,6 +96,8 @@ struct Observation {
   std::vector<std::uint8_t> marker_seen;  // (markers) 0: not seen in this frame
   double marker_age = 0.0;                // s by which the markers are older than the pads
   double marker_place_sd = 0.0;           // mm per axis, to which the markers' places at rest are known
+  int max_iterations = 0;                 // of this step, below those of the options; 0: those. Of ADMM per frame
+  StepBrake brake;                        // of ADMM
 
   void resize_for(const Scene& scene) {
     pads.assign(scene.pads.size(), PadInput{});
@@ -103,6 +114,7 @@ struct StepReport {
                                  // last correction)
   bool converged = false;        // both, and penetration, below 0.1 mm, or below the tolerance where that is more
   bool finite = true;            // false: the state was not finite; it holds the last finite one
+  bool braked = false;           // the step was ended before it was done, and is not finite, either
   int inverted = 0;              // elements with det(Dx) <= 0 when the step's last iteration began
   int markers_used = 0;          // 0 in open loop
   int markers_swapped = 0;       // of them: labels recognised as taken for each other

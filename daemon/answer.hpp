@@ -57,6 +57,7 @@ struct Answer {
   std::uint64_t receive_ns = 0;           ///< monotonic clock, first datagram of the frame
   std::uint64_t step_time_ns = 0;
   std::uint16_t reasons = 0;  ///< protocol::ValidityReason bits that do not depend on the answer's age
+  int overload = 0;           ///< OverloadRule's level
   core::StepReport report;
   std::uint16_t markers_seen = 0;
   AlarmAnswer alarm;

@@ -36,10 +36,4 @@ udp::socket bind_udp(boost::asio::io_context& context, const std::string& purpos
   return socket;
 }
 
-bool is_loopback(const std::string& address) {
-  boost::system::error_code error;
-  const auto ip = boost::asio::ip::make_address(address, error);
-  return !error && ip.is_loopback();
-}
-
 }  // namespace tissued::daemon

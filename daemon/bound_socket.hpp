@@ -19,7 +19,4 @@ class BindError : public std::runtime_error {
 boost::asio::ip::udp::socket bind_udp(boost::asio::io_context& context, const std::string& purpose,
                                       const std::string& address, std::uint16_t port);
 
-/// Whether only this machine can reach `address`.
-bool is_loopback(const std::string& address);
-
 }  // namespace tissued::daemon

@@ -11,10 +11,10 @@
 namespace tissued::daemon {
 
 struct BundleDiagnosisOptions {
-  int threads = 0;        // 0: as many as there are processors
+  int threads = 0;                               // 0: as many as there are processors
   double budget = core::SearchOptions().budget;  // s
-  bool processor_time = false;  // the budget's, per thread; else by the clock
-  bool quick = false;     // do not judge the elements by finer ones
+  bool processor_time = false;                   // the budget's, per thread; else by the clock
+  bool quick = false;                            // do not judge the elements by finer ones
 };
 
 /// Diagnoses the bundle in `folder`; writes report.json, report.html and model.json into `out`, each whole or not at

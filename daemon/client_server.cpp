@@ -12,6 +12,7 @@
 #include "daemon/metrics_text.hpp"
 #include "daemon/monotonic_clock.hpp"
 #include "daemon/name_table.hpp"
+#include "daemon/source_address.hpp"
 #include "daemon/validity.hpp"
 #include "daemon/version.hpp"
 
@@ -27,6 +28,7 @@ constexpr std::chrono::milliseconds kTick{10};
 constexpr std::uint64_t kShortestHeldPeriod_ns = 10'000'000;  // of a held answer to one subscriber
 constexpr std::uint64_t kHeldPeriod_ns = 100'000'000;         // the same, where every frame was asked for
 constexpr std::uint64_t kShortestStatusPeriod_ns = 100'000'000;
+constexpr std::size_t kErrorSize = protocol::kHeaderSize + 4;
 
 std::size_t place_of(NameKind kind) { return static_cast<std::size_t>(kind); }
 
@@ -71,12 +73,15 @@ ClientServer::ClientServer(boost::asio::io_context& context, const config::Daemo
       port_(socket_.local_endpoint().port()),
       staleness_(config.staleness),
       max_lease_ns_(static_cast<std::uint64_t>(config.clients.lease.count())),
+      max_requests_per_s_(config.clients.max_requests_per_s),
+      prove_addresses_(config.clients.prove_addresses),
+      sealed_(SealedPort::make(socket_, protocol::SealChannel::client, config.keys, counters)),
       simulation_(simulation),
       counters_(counters),
       tracker_rate_hz_(std::move(tracker_rate_hz)),
       recorder_(recorder),
       peers_(static_cast<std::size_t>(config.clients.max_subscribers)),
-      sender_(socket_, std::random_device{}(), counters),
+      sender_(socket_, std::random_device{}(), counters, sealed_.get()),
       bulk_(context, scene, peers_, sender_, counters, [this] { serve_mesh_wishes(); }),
       hello_(introduce(config, scene)),
       images_(config.bundle.probe_images),
@@ -92,6 +97,13 @@ ClientServer::ClientServer(boost::asio::io_context& context, const config::Daemo
 }
 
 void ClientServer::start() { wait_readable(); }
+
+void ClientServer::apply(const config::DaemonConfig& config) {
+  staleness_ = config.staleness;
+  max_lease_ns_ = static_cast<std::uint64_t>(config.clients.lease.count());
+  max_requests_per_s_ = config.clients.max_requests_per_s;
+  if (sealed_) sealed_->use(config.keys);
+}
 
 void ClientServer::close() {
   boost::system::error_code ignored;
@@ -113,13 +125,20 @@ void ClientServer::drain() {
     if (error == boost::asio::error::would_block) return;
     if (error) continue;  // an earlier datagram of ours found nobody; it has no place here
     counters_.add(Count::client_datagrams);
-    const auto bytes = std::span<const std::uint8_t>(buffer_).first(size);
+    auto bytes = std::span<const std::uint8_t>(buffer_).first(size);
+    SealedPort::Contact contact;
+    if (sealed_) {
+      const auto opened = sealed_->open(bytes, sender_endpoint_);
+      if (!opened) continue;
+      bytes = opened->payload;
+      contact = opened->contact;
+    }
     if (recorder_ != nullptr) recorder_->add_client(monotonic_ns(), bytes);
-    serve(bytes);
+    serve(bytes, contact);
   }
 }
 
-void ClientServer::serve(std::span<const std::uint8_t> bytes) {
+void ClientServer::serve(std::span<const std::uint8_t> bytes, SealedPort::Contact contact) {
   const protocol::DecodedMessage request = protocol::decode_client_message(bytes);
   counters_.add(request.refusal);
   // Nothing that speaks our protocol sent it: no answer, and no place in the table.
@@ -128,12 +147,48 @@ void ClientServer::serve(std::span<const std::uint8_t> bytes) {
   const bool foreign =
       refusal == ClientRefusal::too_short || refusal == ClientRefusal::too_long || refusal == ClientRefusal::bad_magic;
   if (foreign) return;
-  Peer& peer = peers_.hear(sender_endpoint_, monotonic_ns());
+  Peer* peer = admit(request, bytes.size());
+  if (peer == nullptr) return;
+  meet(*peer, contact);
+  if (!peer->allowance.take(max_requests_per_s_, monotonic_ns())) return counters_.add(Count::requests_limited);
   if (refusal != ClientRefusal::none) {
-    refuse(peer, request);
-  } else if (!is_repeated(peer, request.header)) {
-    std::visit([&](const auto& message) { handle(peer, request.header.envelope.sequence, message); }, request.message);
+    refuse(*peer, request);
+  } else if (!is_repeated(*peer, request.header)) {
+    std::visit([&](const auto& message) { handle(*peer, request.header.envelope.sequence, message); }, request.message);
   }
+}
+
+// Who asks, or null where he has to show first that he receives where he sends from.
+Peer* ClientServer::admit(const protocol::DecodedMessage& request, std::size_t size) {
+  const std::uint64_t now_ns = monotonic_ns();
+  if (!prove_addresses_) return &peers_.hear(sender_endpoint_, now_ns);
+  if (peers_.find(sender_endpoint_) != nullptr) return &peers_.hear(sender_endpoint_, now_ns);
+  counters_.add(Count::requests_unproven);
+  const auto* proof = std::get_if<protocol::ProveAddress>(&request.message);
+  if (request.refusal == protocol::ClientRefusal::none && proof != nullptr) {
+    const auto source = source_address(sender_endpoint_);
+    if (cookie_.is_good(proof->cookie, source, now_ns)) return &peers_.hear(sender_endpoint_, now_ns);
+    sender_.send_to(sender_endpoint_, request.header.envelope.sequence,
+                    protocol::AddressProof{cookie_.make(source, now_ns)});
+  } else if (size >= kErrorSize &&
+             request.header.type_code != static_cast<std::uint8_t>(protocol::MessageType::error)) {
+    sender_.send_to(sender_endpoint_, request.header.envelope.sequence,
+                    protocol::Error{protocol::ErrorReason::address_unproven, protocol::ClientRefusal::none,
+                                    request.header.type_code});
+  }
+  return nullptr;
+}
+
+// A client that begins anew at its old address takes its subscription along.
+void ClientServer::meet(Peer& peer, SealedPort::Contact contact) {
+  if (peer.contact == contact) return;
+  if (peer.grant) keep_contact(peer, false);
+  peer.contact = contact;
+  if (peer.grant) keep_contact(peer, true);
+}
+
+void ClientServer::keep_contact(const Peer& peer, bool kept) {
+  if (sealed_) sealed_->keep(peer.contact, kept);
 }
 
 void ClientServer::refuse(Peer& peer, const protocol::DecodedMessage& request) {
@@ -201,6 +256,10 @@ void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Qu
                                static_cast<std::uint8_t>(protocol::MessageType::query_probes)});
 }
 
+void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::ProveAddress&) {
+  sender_.send(peer, sequence, protocol::AddressProof{});  // whoever has a place has proven it, or need not
+}
+
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Subscribe& request) {
   const std::uint64_t now_ns = monotonic_ns();
   const std::uint64_t lease_ns = std::min(request.lease_s * std::uint64_t{1'000'000'000}, max_lease_ns_);
@@ -220,6 +279,7 @@ void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Su
                                  static_cast<std::uint8_t>(protocol::MessageType::subscribe)});
     return;
   }
+  keep_contact(peer, true);
   // Whole seconds on the wire, where 0 means that there is no subscription.
   const auto lease_s = std::max<std::uint64_t>(1, lease_ns / 1'000'000'000);
   sender_.send(
@@ -230,6 +290,7 @@ void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Su
 
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Unsubscribe&) {
   peers_.unsubscribe(peer);
+  keep_contact(peer, false);
   sender_.send(peer, sequence, protocol::SubscribeReply{});
 }
 
@@ -322,7 +383,9 @@ void ClientServer::stream(Peer& peer, std::uint64_t now_ns, bool fresh) {
   Grant& grant = *peer.grant;
   if (grant.what & protocol::kTargets) send_predictions(peer, 0, fresh);
   if (grant.what & protocol::kProbes) send_probe_views(peer, 0);
-  if ((grant.what & protocol::kMesh) && !peer.mesh_wish) peer.mesh_wish = MeshWish{0, grant.precision};
+  const auto divisor = OverloadRule::mesh_divisor(simulation_.answer().overload);
+  if ((grant.what & protocol::kMesh) && !peer.mesh_wish && grant.meshes_due++ % divisor == 0)
+    peer.mesh_wish = MeshWish{0, grant.precision};
   grant.due_ns = std::max(grant.due_ns + grant.period_ns, now_ns);
   grant.last_sent_ns = now_ns;
 }
@@ -374,6 +437,7 @@ void ClientServer::tick(Peer& peer, std::uint64_t now_ns) {
   if (now_ns >= grant.expires_ns) {
     counters_.add(Count::leases_expired);
     peers_.unsubscribe(peer);
+    keep_contact(peer, false);
     return;
   }
   const Answer& answer = simulation_.answer();

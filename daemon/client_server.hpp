@@ -6,6 +6,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,8 +20,10 @@
 #include "daemon/message_sender.hpp"
 #include "daemon/peer_table.hpp"
 #include "daemon/rate_meter.hpp"
+#include "daemon/sealed_port.hpp"
 #include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
+#include "protocol/address_cookie.hpp"
 #include "protocol/client_messages.hpp"
 #include "protocol/status_messages.hpp"
 
@@ -29,6 +32,8 @@ namespace tissued::daemon {
 /// Answers clients from the newest answer, and streams answers to subscribers as they are published. While the tracker
 /// is silent subscribers go on to get the last answer, with its growing age, at their rate (at most 100 a second; 10 a
 /// second where they asked for every frame). Status goes out at the subscriber's rate, at most 10 times a second.
+/// Where there are keys, nobody else is heard; where addresses are to be proven, nobody is sent more than he sent
+/// before.
 class ClientServer {
  public:
   /// Binds the socket; throws BindError. References must outlive this. tracker_rate_hz: of the frames received.
@@ -39,6 +44,8 @@ class ClientServer {
 
   void start();
   void close();
+  /// Takes on staleness, leases, allowances and other keys; whoever has still one of them comes back by himself.
+  void apply(const config::DaemonConfig& config);
   std::uint16_t port() const { return port_; }
 
   /// The simulation has published something.
@@ -53,7 +60,10 @@ class ClientServer {
  private:
   void wait_readable();
   void drain();
-  void serve(std::span<const std::uint8_t> bytes);
+  void serve(std::span<const std::uint8_t> bytes, SealedPort::Contact contact);
+  Peer* admit(const protocol::DecodedMessage& request, std::size_t size);
+  void meet(Peer& peer, SealedPort::Contact contact);
+  void keep_contact(const Peer& peer, bool kept);
   void refuse(Peer& peer, const protocol::DecodedMessage& request);
   bool is_repeated(Peer& peer, const protocol::Header& header);
 
@@ -65,6 +75,7 @@ class ClientServer {
   void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryTopology& request);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryStatus&);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::QueryProbes&);
+  void handle(Peer& peer, std::uint32_t sequence, const protocol::ProveAddress&);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::Subscribe& request);
   void handle(Peer& peer, std::uint32_t sequence, const protocol::Unsubscribe&);
   template <typename NotARequest>
@@ -85,6 +96,10 @@ class ClientServer {
   std::uint16_t port_ = 0;
   config::StalenessConfig staleness_;
   std::uint64_t max_lease_ns_;
+  double max_requests_per_s_;
+  bool prove_addresses_;
+  std::unique_ptr<SealedPort> sealed_;  // null: there are no keys
+  protocol::AddressCookie cookie_;
   SimulationThread& simulation_;
   Counters& counters_;
   std::function<double()> tracker_rate_hz_;
@@ -104,7 +119,7 @@ class ClientServer {
   bool mesh_requested_ = false;
   bool serving_mesh_wishes_ = false;
   boost::asio::ip::udp::endpoint sender_endpoint_;
-  std::array<std::uint8_t, protocol::kMaxDatagram + 1> buffer_{};  // one more, to tell what is too long
+  std::array<std::uint8_t, protocol::kMaxSealed + 1> buffer_{};  // one more, to tell what is too long
 };
 
 }  // namespace tissued::daemon

@@ -8,6 +8,8 @@ const char* to_string(Count count) {
   switch (count) {
     case Count::tracker_datagrams:
       return "tracker_datagrams";
+    case Count::foreign_datagrams:
+      return "foreign_datagrams";
     case Count::kernel_drops:
       return "kernel_drops";
     case Count::unknown_items:
@@ -36,10 +38,18 @@ const char* to_string(Count count) {
       return "rate_changes_failed";
     case Count::steps_not_finite:
       return "steps_not_finite";
+    case Count::steps_braked:
+      return "steps_braked";
     case Count::answers_unseen:
       return "answers_unseen";
     case Count::client_datagrams:
       return "client_datagrams";
+    case Count::challenges_sent:
+      return "challenges_sent";
+    case Count::requests_unproven:
+      return "requests_unproven";
+    case Count::requests_limited:
+      return "requests_limited";
     case Count::requests_repeated:
       return "requests_repeated";
     case Count::clients_refused:
@@ -66,6 +76,13 @@ const char* to_string(Count count) {
   return "unknown";
 }
 
+// Of a gate, or of what passed all gates.
+template <typename Refusal>
+std::string gate_name(const char* gates, std::size_t place) {
+  const auto refusal = static_cast<Refusal>(place);
+  return std::string(gates).append(refusal == Refusal::none ? "accepted" : protocol::to_string(refusal));
+}
+
 }  // namespace
 
 std::string Counters::name(std::size_t index) {
@@ -74,12 +91,9 @@ std::string Counters::name(std::size_t index) {
   using protocol::TrackerRefusal;
   if (index < kFirstEvent) return to_string(static_cast<Count>(index));
   if (index < kFirstTrackerRefusal) return protocol::to_string(static_cast<AssemblerEvent>(index - kFirstEvent));
-  if (index < kFirstClientRefusal) {
-    const auto refusal = static_cast<TrackerRefusal>(index - kFirstTrackerRefusal);
-    return std::string("tracker:") + (refusal == TrackerRefusal::none ? "accepted" : protocol::to_string(refusal));
-  }
-  const auto refusal = static_cast<ClientRefusal>(index - kFirstClientRefusal);
-  return std::string("client:") + (refusal == ClientRefusal::none ? "accepted" : protocol::to_string(refusal));
+  if (index < kFirstClientRefusal) return gate_name<TrackerRefusal>("tracker:", index - kFirstTrackerRefusal);
+  if (index < kFirstSealRefusal) return gate_name<ClientRefusal>("client:", index - kFirstClientRefusal);
+  return gate_name<protocol::SealRefusal>("seal:", index - kFirstSealRefusal);
 }
 
 }  // namespace tissued::daemon

@@ -8,6 +8,7 @@
 
 #include "protocol/client_header.hpp"
 #include "protocol/frame_assembler.hpp"
+#include "protocol/sealed_datagram.hpp"
 #include "protocol/vicon_stream.hpp"
 
 namespace tissued::daemon {
@@ -15,6 +16,7 @@ namespace tissued::daemon {
 /// What the daemon itself counts; what protocol's gates and the frame assembler count stands beside it in the table.
 enum class Count : std::uint8_t {
   tracker_datagrams,    ///< received, whatever became of them
+  foreign_datagrams,    ///< tracker datagrams from elsewhere than the stream's source, see SourcePin
   kernel_drops,         ///< tracker datagrams lost because the socket's buffer was full
   unknown_items,        ///< items of an id that the tracker's protocol does not define
   frames_stepped,       ///< tracker frames that the simulation took
@@ -28,9 +30,13 @@ enum class Count : std::uint8_t {
   dt_clamped,           ///< steps told another dt than was measured
   rate_changes,         ///< nominal time steps adopted
   rate_changes_failed,  ///< nominal time steps that the simulator refused
-  steps_not_finite,     ///< steps thrown away; the last good answer was held
+  steps_not_finite,     ///< steps thrown away, not finite or far beyond the body; the last good answer was held
+  steps_braked,         ///< steps ended because they took too long; the last good answer was held
   answers_unseen,       ///< answers replaced before the I/O thread had taken them
   client_datagrams,     ///< received, whatever became of them
+  challenges_sent,      ///< to those whose contact is not known, see SealedPort
+  requests_unproven,    ///< requests from an address that was not shown to receive
+  requests_limited,     ///< requests of a client that asks too often
   requests_repeated,    ///< requests dropped because their sequence number was not new
   clients_refused,      ///< subscriptions for which there was no room
   leases_expired,       ///< subscriptions that ended because nobody renewed them
@@ -44,17 +50,18 @@ enum class Count : std::uint8_t {
   rest_frames,          ///< frames at rest that the calibration stands on
   registration_rms_um,  ///< distance of markers at rest from their said places, after a fit where one is made
 };
-inline constexpr std::size_t kCountCount = 28;
+inline constexpr std::size_t kCountCount = 33;
 
 /// Everything that happened, was skipped or was refused, by reason, since the start. Any thread adds, any reads.
 class Counters {
  public:
-  static constexpr std::size_t kSize =
-      kCountCount + protocol::kAssemblerEventCount + protocol::kTrackerRefusalCount + protocol::kClientRefusalCount;
+  static constexpr std::size_t kSize = kCountCount + protocol::kAssemblerEventCount + protocol::kTrackerRefusalCount +
+                                       protocol::kClientRefusalCount + protocol::kSealRefusalCount;
 
   void add(Count count, std::uint64_t times = 1) noexcept { add(index_of(count), times); }
   void add(protocol::TrackerRefusal refusal) noexcept { add(index_of(refusal), 1); }
   void add(protocol::ClientRefusal refusal) noexcept { add(index_of(refusal), 1); }
+  void add(protocol::SealRefusal refusal) noexcept { add(index_of(refusal), 1); }
   /// For sums kept elsewhere.
   void set(Count count, std::uint64_t total) noexcept { set(index_of(count), total); }
   void set(protocol::AssemblerEvent event, std::uint64_t total) noexcept { set(index_of(event), total); }
@@ -63,17 +70,19 @@ class Counters {
   std::uint64_t operator[](protocol::AssemblerEvent event) const noexcept { return value(index_of(event)); }
   std::uint64_t operator[](protocol::TrackerRefusal refusal) const noexcept { return value(index_of(refusal)); }
   std::uint64_t operator[](protocol::ClientRefusal refusal) const noexcept { return value(index_of(refusal)); }
+  std::uint64_t operator[](protocol::SealRefusal refusal) const noexcept { return value(index_of(refusal)); }
 
   /// By place in the table, 0 .. kSize - 1.
   std::uint64_t value(std::size_t index) const noexcept { return values_[index].load(std::memory_order_relaxed); }
-  /// At most 24 characters: `frames_skipped`; of a gate `tracker:too_short`, `client:bad_magic`, and
-  /// `tracker:accepted`, `client:accepted` for what passed all gates.
+  /// At most 24 characters: `frames_skipped`; of a gate `tracker:too_short`, `client:bad_magic`, `seal:replayed`, and
+  /// `tracker:accepted`, `client:accepted`, `seal:accepted` for what passed all gates.
   static std::string name(std::size_t index);
 
  private:
   static constexpr std::size_t kFirstEvent = kCountCount;
   static constexpr std::size_t kFirstTrackerRefusal = kFirstEvent + protocol::kAssemblerEventCount;
   static constexpr std::size_t kFirstClientRefusal = kFirstTrackerRefusal + protocol::kTrackerRefusalCount;
+  static constexpr std::size_t kFirstSealRefusal = kFirstClientRefusal + protocol::kClientRefusalCount;
 
   static constexpr std::size_t index_of(Count count) { return static_cast<std::size_t>(count); }
   static constexpr std::size_t index_of(protocol::AssemblerEvent event) {
@@ -84,6 +93,9 @@ class Counters {
   }
   static constexpr std::size_t index_of(protocol::ClientRefusal refusal) {
     return kFirstClientRefusal + static_cast<std::size_t>(refusal);
+  }
+  static constexpr std::size_t index_of(protocol::SealRefusal refusal) {
+    return kFirstSealRefusal + static_cast<std::size_t>(refusal);
   }
 
   void add(std::size_t index, std::uint64_t times) noexcept {

@@ -204,8 +204,9 @@ void add_diagnose_command(CLI::App& app, int& exit_code) {
       ->type_name("SECONDS")
       ->check(in_range(1.0, 1e6))
       ->capture_default_str();
-  diagnose->add_flag("--processor-time", a.options.processor_time,
-                     "The budget is of each thread's time on its processor: other work on the machine cuts nothing off");
+  diagnose->add_flag(
+      "--processor-time", a.options.processor_time,
+      "The budget is of each thread's time on its processor: other work on the machine cuts nothing off");
   diagnose->add_flag("--quick", a.options.quick, "Do not judge the elements by finer ones");
   diagnose->callback([arguments, &exit_code] { exit_code = run_diagnose(*arguments); });
 }

@@ -1,5 +1,6 @@
 #include "daemon/ctl_options.hpp"
 
+#include "config/config_error.hpp"
 #include "protocol/client_header.hpp"
 #include "protocol/vicon_stream.hpp"
 
@@ -14,6 +15,19 @@ CLI::Option* add_endpoint(CLI::App& app, const std::string& name, Endpoint& endp
   return app.add_option_function<std::string>(name, take, description)
       ->type_name("HOST:PORT")
       ->default_str(to_string(endpoint));
+}
+
+CLI::Option* add_keys(CLI::App& app, KeyOption& keys) {
+  return app.add_option("--keys", keys.file, "Seal what is sent with the key of this file, see `tissuectl key`")
+      ->type_name("FILE");
+}
+
+std::optional<protocol::SecretKey> KeyOption::key_for(config::KeyRole role) const {
+  if (file.empty()) return std::nullopt;
+  for (const config::PreSharedKey& key : config::read_key_file(file)) {
+    if (key.role == role || key.role == config::KeyRole::both) return protocol::SecretKey(key.secret);
+  }
+  throw config::ConfigError(file + ": no key for a " + config::to_string(role));
 }
 
 CLI::Validator in_range(double low, double high) { return CLI::Range(low, high).description(""); }

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "config/key_file.hpp"
 #include "daemon/endpoint.hpp"
+#include "protocol/secret_key.hpp"
 
 namespace tissued::daemon {
 
@@ -20,6 +23,15 @@ class UsageError : public std::runtime_error {
 
 /// An option HOST:PORT; its default is what `endpoint` holds.
 CLI::Option* add_endpoint(CLI::App& app, const std::string& name, Endpoint& endpoint, const std::string& description);
+
+/// Option --keys FILE: everything goes to tissued sealed with the first key of that file that has the role.
+struct KeyOption {
+  std::string file;  ///< empty: nothing is sealed
+
+  /// Throws config::ConfigError where the file has no such key.
+  std::optional<protocol::SecretKey> key_for(config::KeyRole role) const;
+};
+CLI::Option* add_keys(CLI::App& app, KeyOption& keys);
 
 /// Accepts numbers from `low` to `high`; says so when it refuses, not in the help.
 CLI::Validator in_range(double low, double high);

@@ -19,6 +19,7 @@ struct PlayArguments {
   std::string bundle;
   std::vector<std::string> trials;
   Endpoint to = default_tracker();
+  KeyOption keys;
   Endpoint watch = default_clients();
   PlayOptions options;
   std::string marker_set;
@@ -67,7 +68,7 @@ class ProgressLine {
 
 // The daemon as it introduces itself, and the subscription to its answers.
 struct Answers {
-  explicit Answers(const Endpoint& daemon) : client(daemon) {
+  Answers(const Endpoint& daemon, const std::optional<protocol::SecretKey>& key) : client(daemon, key) {
     hello = client.hello();
     markers = client.names(protocol::NameKind::marker);
     targets = client.names(protocol::NameKind::target);
@@ -134,7 +135,7 @@ void print_report(const PlayArguments& arguments, const config::Bundle& bundle, 
 // Plays the trials one after the other, again and again where so asked.
 PlayReport play_all(const PlayArguments& arguments, const config::Bundle& bundle,
                     const std::vector<Recording>& recordings, const Answers* answers) {
-  TrackerSender sender(arguments.to);
+  TrackerSender sender(arguments.to, arguments.keys.key_for(config::KeyRole::tracker));
   const StopSignal stop;
   TrialPlayer player(sender, answers != nullptr ? answers->subscription.get() : nullptr, arguments.options, stop);
   PlayReport report(target_names(bundle));
@@ -161,7 +162,7 @@ int run_play(PlayArguments arguments) {
 
   std::unique_ptr<Answers> answers;
   if (!arguments.no_watch) {
-    answers = std::make_unique<Answers>(arguments.watch);
+    answers = std::make_unique<Answers>(arguments.watch, arguments.keys.key_for(config::KeyRole::client));
     require_same_scene(bundle, *answers);
   }
   const PlayReport report = play_all(arguments, bundle, recordings, answers.get());
@@ -188,6 +189,7 @@ void add_play_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   add_endpoint(*play, "--to", a.to, "Where tissued listens for its tracker");
   add_endpoint(*play, "--watch", a.watch, "Where tissued answers its clients");
+  add_keys(*play, a.keys);
   CLI::Option* blind = play->add_flag("--no-watch", a.no_watch, "Only send; ask for no answers");
   play->add_option("--marker-set", a.marker_set, "Send only this marker set of the bundle")->type_name("NAME");
   play->add_option("--lead-in", a.options.lead_in, "Seconds at rest before each trial: its opening frames, repeated")

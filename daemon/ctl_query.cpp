@@ -22,6 +22,7 @@ using nlohmann::json;
 struct QueryArguments {
   std::string what;
   Endpoint from = default_clients();
+  KeyOption keys;
   std::string out;
   bool json = false;
 };
@@ -262,7 +263,7 @@ void query_image(PredictionClient& client, bool as_json) {
 
 int run_query(const QueryArguments& arguments) {
   if (!arguments.out.empty() && arguments.what != "mesh") throw UsageError("--out is for `query mesh`");
-  PredictionClient client(arguments.from);
+  PredictionClient client(arguments.from, arguments.keys.key_for(config::KeyRole::client));
   if (arguments.what == "hello") query_hello(client, arguments.json);
   if (arguments.what == "targets") query_targets(client, arguments.json);
   if (arguments.what == "status") query_status(client, arguments.json);
@@ -289,6 +290,7 @@ void add_query_command(CLI::App& app, int& exit_code) {
       ->required()
       ->check(CLI::IsMember({"targets", "image", "mesh", "status", "hello"}).description(""));
   add_endpoint(*query, "--from", a.from, "Where tissued answers its clients");
+  add_keys(*query, a.keys);
   query->add_option("--out", a.out, "Write the mesh as a VTK file, .vtu")->type_name("FILE");
   query->add_flag("--json", a.json, "Print JSON in place of a table");
   query->callback([arguments, &exit_code] { exit_code = run_query(*arguments); });

@@ -21,6 +21,7 @@ namespace {
 struct TrackArguments {
   std::string bundle;
   Endpoint to = default_tracker();
+  KeyOption keys;
   double seconds = 0.0;  // 0: until a signal
   TrackerSimulation simulation;
   std::string pattern = "in-turn";
@@ -101,7 +102,7 @@ int run_track(TrackArguments arguments) {
   for (const std::string& script : arguments.probes) arguments.simulation.probes.push_back(parse_probe_script(script));
   SimulatedTracker tracker(load_scene(bundle), bundle.tissue_from_tracker, arguments.simulation, bundle.probe_images);
   UnreliableChannel channel(arguments.faults, arguments.simulation.seed);
-  TrackerSender sender(arguments.to);
+  TrackerSender sender(arguments.to, arguments.keys.key_for(config::KeyRole::tracker));
   const StopSignal stop;
   const TrackCounts counts = run_tracker(tracker, channel, sender, arguments, stop);
   print_summary(arguments, counts, channel.counts());
@@ -213,6 +214,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
       ->type_name("")
       ->required();
   add_endpoint(*track, "--to", a.to, "Where tissued listens for its tracker");
+  add_keys(*track, a.keys);
   track->add_option("--seconds", a.seconds, "End after this long; otherwise by Ctrl-C")
       ->type_name("S")
       ->check(in_range(0.0, 1e6));

@@ -24,6 +24,7 @@ constexpr Patience kShortPatience{std::chrono::milliseconds(150), 2};
 
 struct WatchArguments {
   Endpoint from = default_clients();
+  KeyOption keys;
   double seconds = 0.0;  // 0: until a signal
   bool json = false;
   OverlayRequest overlay;
@@ -32,8 +33,10 @@ struct WatchArguments {
 // The conversation: introduces itself, listens, asks when it is quiet, begins again when the daemon is another one.
 class Watcher {
  public:
-  explicit Watcher(const Endpoint& daemon)
-      : client_(daemon, kShortPatience), subscription_(client_, protocol::kTargets, 0.0), start_ns_(monotonic_ns()) {}
+  Watcher(const Endpoint& daemon, const std::optional<protocol::SecretKey>& key)
+      : client_(daemon, key, kShortPatience),
+        subscription_(client_, protocol::kTargets, 0.0),
+        start_ns_(monotonic_ns()) {}
 
   // Listens until `deadline_ns` or a signal.
   void run_until(std::uint64_t deadline_ns) {
@@ -116,7 +119,7 @@ int run_overlay(const WatchArguments& arguments) {
   if (arguments.overlay.images.empty() || arguments.overlay.folder.empty())
     throw UsageError("--overlay IMAGE... and --out FOLDER go together, and --probe with them");
   if (arguments.json || arguments.seconds > 0.0) throw UsageError("--overlay goes without --json and --seconds");
-  PredictionClient client(arguments.from);
+  PredictionClient client(arguments.from, arguments.keys.key_for(config::KeyRole::client));
   write_overlays(client, arguments.overlay);
   return kSuccess;
 }
@@ -124,7 +127,7 @@ int run_overlay(const WatchArguments& arguments) {
 int run_watch(const WatchArguments& arguments) {
   const OverlayRequest& overlay = arguments.overlay;
   if (!overlay.images.empty() || !overlay.folder.empty() || !overlay.probe.empty()) return run_overlay(arguments);
-  Watcher watcher(arguments.from);
+  Watcher watcher(arguments.from, arguments.keys.key_for(config::KeyRole::client));
   const std::uint64_t start = monotonic_ns();
   if (!arguments.json && stdout_is_terminal()) {
     FullScreen screen;
@@ -165,6 +168,7 @@ void add_watch_command(CLI::App& app, int& exit_code) {
       "Examples: tissuectl watch --seconds 30\n"
       "          tissuectl watch --overlay frame01.png frame02.png --out drawn");
   add_endpoint(*watch, "--from", a.from, "Where tissued answers its clients");
+  add_keys(*watch, a.keys);
   watch->add_option("--seconds", a.seconds, "End after this long; otherwise by Ctrl-C")
       ->type_name("S")
       ->check(in_range(0.0, 1e6));

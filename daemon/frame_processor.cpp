@@ -72,10 +72,20 @@ FrameProcessor::FrameProcessor(core::Simulator& simulator, const config::DaemonC
   seen_.markers.resize(scene.markers.size());
   seen_.marker_seen.resize(scene.markers.size());
   observation_.resize_for(scene);
+  // Soft tissue is pushed about by less than its own size.
+  core::Vec3 low = scene.mesh.rest.leftCols<3>().colwise().minCoeff();
+  core::Vec3 high = scene.mesh.rest.leftCols<3>().colwise().maxCoeff();
+  for (const core::Target& target : scene.targets) {
+    low = low.cwiseMin(target.rest);
+    high = high.cwiseMax(target.rest);
+  }
+  centre_ = 0.5 * (low + high);
+  reach_ = 2.0 * (high - low).norm();
   images_.resize(scene.probes.size());
 }
 
-void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer) noexcept {
+void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer,
+                             const StepTerms& terms) noexcept {
   read_names(frame);
   read_late_markers(frame);
   const FrameInterval interval = clock_.advance(frame);
@@ -84,6 +94,8 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   calibrate(interval.elapsed);
   observe(interval, !is_partial(frame));
   follow_rate();
+  observation_.max_iterations = terms.max_iterations;
+  observation_.brake = terms.brake;
 
   const std::uint64_t begin_ns = monotonic_ns();
   const core::StepReport report = simulator_.step(observation_);
@@ -103,14 +115,19 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   answer.report = report;
   answer.markers_seen = seen_.marker_count;
   answer.reasons = reasons_of(report, frame, step_time_ns);
+  answer.overload = terms.overload;
+  if (terms.overload > 0) answer.reasons |= ValidityReason::kOverloaded;
   write_alarm(frame, previous.alarm, report.mismatch, answer.alarm);
   const bool report_finite = std::isfinite(report.primal_residual) && std::isfinite(report.dual_residual) &&
                              std::isfinite(report.innovation_rms) && std::isfinite(report.mismatch.level) &&
                              std::isfinite(report.mismatch.misfit) && report.mismatch.place.allFinite();
   if (!write_estimates(answer) || !report.finite || !report_finite) {
-    counters_.add(Count::steps_not_finite);
+    counters_.add(report.braked ? Count::steps_braked : Count::steps_not_finite);
+    if (report.finite) simulator_.reset();  // it has not noticed itself
     answer = previous;
-    answer.reasons |= ValidityReason::kDiverged;
+    unsigned reasons = (previous.reasons & ~unsigned{ValidityReason::kStepBraked}) | ValidityReason::kDiverged;
+    if (report.braked) reasons |= ValidityReason::kStepBraked;
+    answer.reasons = static_cast<std::uint16_t>(reasons);
   }
   answer.step_time_ns = step_time_ns;
 }
@@ -273,7 +290,7 @@ bool FrameProcessor::write_estimates(Answer& answer) const noexcept {
     const TargetPlace target{to_array(tracker_from_tissue(estimate.position)),
                              {variance(0), c(0, 1), c(0, 2), variance(1), c(1, 2), variance(2)},
                              seen_.truth[i]};
-    finite = finite && estimate.position.allFinite() && c.allFinite();
+    finite = finite && within_reach(estimate.position) && c.allFinite();
     answer.targets.push_back(target);
   }
   answer.pads.clear();
@@ -284,6 +301,11 @@ bool FrameProcessor::write_estimates(Answer& answer) const noexcept {
     answer.pads.push_back({static_cast<std::uint16_t>(i), to_array(force)});
   }
   return write_probes(answer) && finite;
+}
+
+// False where it is not finite, too.
+bool FrameProcessor::within_reach(const core::Vec3& position) const noexcept {
+  return (position - centre_).norm() <= reach_;
 }
 
 // What probes push, in tracker coordinates, and targets in their images. The tracker's pose of a probe is what its

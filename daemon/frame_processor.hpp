@@ -16,6 +16,13 @@
 
 namespace tissued::daemon {
 
+/// Under which a step is taken: see core::Observation.
+struct StepTerms {
+  int overload = 0;        ///< OverloadRule's level
+  int max_iterations = 0;  ///< 0: as configured
+  core::StepBrake brake;
+};
+
 /// From one tracker frame to one answer: names to indices, tracker to tissue coordinates, rest calibration, measured
 /// dt, the simulator's step, and back. Neither sockets nor threads; after construction nothing allocates (but the
 /// simulator, when the tracker has changed its rate) and nothing throws.
@@ -31,8 +38,13 @@ class FrameProcessor {
   FrameProcessor(core::Simulator& simulator, const config::DaemonConfig& config, Counters& counters);
 
   /// Steps the simulator by one frame and writes what it knows then into `answer`, every field of it. Where the result
-  /// is not finite the answer is `previous` once more, with kDiverged.
-  void process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer) noexcept;
+  /// is not finite, or further from the body than the body is long, or the step was braked, the answer is `previous`
+  /// once more, with kDiverged; the simulator goes on from the last good state, or, lost in space, from rest.
+  void process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer,
+               const StepTerms& terms = {}) noexcept;
+
+  /// s, between the frame that was processed last and the one before it, as far as it could be told.
+  double frame_interval() const { return observation_.dt; }
 
   /// The answer before any frame: the targets at rest.
   void rest_answer(Answer& answer) const noexcept;
@@ -59,6 +71,7 @@ class FrameProcessor {
   std::uint16_t reasons_of(const core::StepReport& report, const protocol::TrackerFrame& frame,
                            std::uint64_t step_time_ns) const;
   bool write_estimates(Answer& answer) const noexcept;
+  bool within_reach(const core::Vec3& position) const noexcept;
   bool write_probes(Answer& answer) const noexcept;
   void write_alarm(const protocol::TrackerFrame& frame, const AlarmAnswer& previous,
                    const core::MismatchReport& mismatch, AlarmAnswer& alarm) const noexcept;
@@ -83,6 +96,8 @@ class FrameProcessor {
   bool late_ = false;                       // the markers of this frame are those of an earlier one
   Seen seen_;
   core::Observation observation_;
+  core::Vec3 centre_;  // mm, tissue: of the body at rest
+  double reach_;       // mm from there
   int markers_fed_ = 0;
   int pads_held_ = 0;              // and probes
   bool pressed_by_probe_ = false;  // in the last step

@@ -54,6 +54,10 @@ void start_logging(const config::DaemonConfig& config) {
   log_to(open_file(config), kPatternOfFile, config.log.level);
 }
 
+void set_log_level(config::LogLevel level) {
+  spdlog::default_logger()->set_level(static_cast<spdlog::level::level_enum>(level));
+}
+
 void start_logging_to_stderr(config::LogLevel level) {
   log_to(std::make_shared<spdlog::sinks::stderr_sink_mt>(), kPatternOfTerminal, level);
 }

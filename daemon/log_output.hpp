@@ -9,6 +9,8 @@ namespace tissued::daemon {
 /// cannot take is lost. Throws config::ConfigError where the file cannot be written.
 void start_logging(const config::DaemonConfig& config);
 
+void set_log_level(config::LogLevel level);
+
 /// The same while nothing is served: to standard error, whatever the configuration says, and no file is touched.
 void start_logging_to_stderr(config::LogLevel level);
 

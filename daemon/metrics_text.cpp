@@ -74,6 +74,8 @@ void write_answer(const Answer& answer, MetricsWriter& out) {
   out.gauge("tissued_innovation_rms_mm", "Distance of markers from where they were expected, per axis, newest step.",
             answer.report.innovation_rms);
   out.gauge("tissued_iterations", "ADMM iterations of the newest step.", answer.report.iterations);
+  out.gauge("tissued_overload_level",
+            "How much is left out because steps take too long: 0 nothing, 3 iterations, 6 meshes.", answer.overload);
   out.gauge("tissued_alarm_watching", "1 once enough was seen to judge the assumed physics.", answer.alarm.watching);
   out.gauge("tissued_alarm_raised", "1 while markers contradict the assumed physics: a diagnosis is due.",
             answer.alarm.raised);

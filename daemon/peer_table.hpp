@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <boost/asio/ip/udp.hpp>
 #include <cstdint>
 #include <optional>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "protocol/client_messages.hpp"
+#include "protocol/sealed_sessions.hpp"
 #include "protocol/sequence_gate.hpp"
 
 namespace tissued::daemon {
@@ -20,6 +22,7 @@ struct Grant {
   std::uint64_t due_ns = 0;        ///< the next answer goes out from then on
   std::uint64_t last_sent_ns = 0;  ///< of targets or mesh
   std::uint64_t status_due_ns = 0;
+  unsigned meshes_due = 0;  ///< so far; under overload only some of them are sent
 
   bool streams_like(const Grant& other) const {
     return what == other.what && precision == other.precision && period_ns == other.period_ns;
@@ -32,12 +35,30 @@ struct MeshWish {
   protocol::Precision precision = protocol::Precision::float32;
 };
 
+/// So many a second, and at once, and no more.
+class RequestAllowance {
+ public:
+  bool take(double per_second, std::uint64_t now_ns) {
+    left_ = std::min(per_second, left_ + per_second * 1e-9 * static_cast<double>(now_ns - at_ns_));
+    at_ns_ = now_ns;
+    if (left_ < 1.0) return false;
+    left_ -= 1.0;
+    return true;
+  }
+
+ private:
+  double left_ = 0.0;
+  std::uint64_t at_ns_ = 0;  // long ago: full
+};
+
 /// A client that has been heard of: one address and port.
 struct Peer {
   boost::asio::ip::udp::endpoint endpoint;
-  std::uint32_t next_sequence = 1;  ///< of the datagram sent to it next
-  std::uint64_t heard_ns = 0;       ///< 0: this place in the table is free
-  protocol::SequenceGate gate;      ///< of its requests
+  std::uint32_t next_sequence = 1;            ///< of the datagram sent to it next
+  std::uint64_t heard_ns = 0;                 ///< 0: this place in the table is free
+  protocol::SealedSessions::Contact contact;  ///< where there are keys
+  RequestAllowance allowance;
+  protocol::SequenceGate gate;  ///< of its requests
   std::optional<Grant> grant;
   std::optional<MeshWish> mesh_wish;
 };

@@ -17,18 +17,21 @@ std::uint64_t ns(std::chrono::milliseconds duration) {
 
 }  // namespace
 
-PredictionClient::PredictionClient(const Endpoint& daemon, Patience patience)
-    : daemon_(daemon), patience_(patience), socket_(daemon), session_(std::random_device{}()) {}
+PredictionClient::PredictionClient(const Endpoint& daemon, const std::optional<SecretKey>& key, Patience patience)
+    : daemon_(daemon),
+      patience_(patience),
+      socket_(daemon, SealChannel::client, key),
+      session_(std::random_device{}()) {}
 
 std::optional<ReceivedMessage> PredictionClient::receive(std::uint64_t deadline_ns) {
-  std::array<std::uint8_t, kMaxDatagram + 1> buffer;  // one more, so that a datagram too long is seen to be
-  while (const auto size = socket_.receive(buffer, deadline_ns)) {
+  while (const auto datagram = socket_.receive(deadline_ns)) {
     const std::uint64_t now = monotonic_ns();
-    DecodedMessage decoded = decode_client_message(std::span(buffer).first(*size));
+    DecodedMessage decoded = decode_client_message(*datagram);
     if (decoded.refusal != ClientRefusal::none) {
       ++refused_;
       continue;
     }
+    if (speaks_of_address(decoded.message)) continue;
     const SequenceVerdict verdict = gate_.judge(decoded.header.envelope);
     if (verdict == SequenceVerdict::duplicate) {
       ++duplicates_;
@@ -37,6 +40,22 @@ std::optional<ReceivedMessage> PredictionClient::receive(std::uint64_t deadline_
     return ReceivedMessage{decoded.header.envelope, decoded.message, now, verdict};
   }
   return std::nullopt;
+}
+
+// What the daemon says of where we send from, before we have a place among its clients; its numbers count nothing yet.
+bool PredictionClient::speaks_of_address(const ClientMessage& message) {
+  if (const auto* proof = std::get_if<AddressProof>(&message)) {
+    address_proven_ = proof->cookie == CookieBytes{};
+    if (!address_proven_) send_one(ProveAddress{proof->cookie});
+    return true;
+  }
+  const auto* error = std::get_if<Error>(&message);
+  const bool unproven = error != nullptr && error->reason == ErrorReason::address_unproven;
+  if (unproven && address_proven_) {
+    address_proven_ = false;
+    send_one(ProveAddress{});
+  }
+  return unproven;
 }
 
 void PredictionClient::throw_if_refused(const ReceivedMessage& received) const {
@@ -52,6 +71,9 @@ void PredictionClient::ask(const Message& request, const std::function<bool(cons
   const std::uint32_t first = sequence_ + 1;
   bool answered = false;
   for (int attempt = 0; attempt < patience_.attempts; ++attempt) {
+    if (!socket_.meet(monotonic_ns() + ns(patience_.timeout))) continue;
+    // A request too short to be answered with an error may have been one too many from an address not proven.
+    if (attempt > 0 && !socket_.sealed()) send_one(ProveAddress{});
     send(request);
     std::uint64_t deadline = monotonic_ns() + ns(patience_.timeout);
     // An answer to an earlier attempt is as good: it was only slow.
@@ -64,7 +86,8 @@ void PredictionClient::ask(const Message& request, const std::function<bool(cons
     }
   }
   throw NoAnswer(answered ? "the answer of " + to_string(daemon_) + " never came in full: too many datagrams are lost"
-                          : "no answer from " + to_string(daemon_) + ": is tissued running there?");
+                          : "no answer from " + to_string(daemon_) + ": is tissued running there" +
+                                (socket_.sealed() ? ", with this key among its own?" : "?"));
 }
 
 HelloReply PredictionClient::hello() {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/contact_socket.hpp"
 #include "daemon/joined_view.hpp"
 #include "daemon/target_answer.hpp"
-#include "daemon/udp_socket.hpp"
 #include "protocol/client_messages.hpp"
 #include "protocol/sequence_gate.hpp"
 
@@ -56,11 +56,13 @@ struct ReceivedMesh {
 };
 
 /// Speaks the client protocol with one daemon over one socket. A request is repeated until its answer is complete; what
-/// else arrives meanwhile is passed over. Not for two threads.
+/// else arrives meanwhile is passed over. Where there is a key, everything is sealed; where there is none, and the
+/// daemon asks for it, the client shows that it receives where it sends from. Not for two threads.
 class PredictionClient {
  public:
   /// Throws std::runtime_error where there is no such host. Sends nothing yet.
-  explicit PredictionClient(const Endpoint& daemon, Patience patience = {});
+  explicit PredictionClient(const Endpoint& daemon, const std::optional<protocol::SecretKey>& key = std::nullopt,
+                            Patience patience = {});
 
   /// Each throws NoAnswer or RequestRefused.
   protocol::HelloReply hello();
@@ -79,10 +81,8 @@ class PredictionClient {
   /// Sends without waiting. Returns the sequence number, by which the answer can be known.
   template <typename Message>
   std::uint32_t send(const Message& message) {
-    std::array<std::uint8_t, protocol::kMaxDatagram> buffer;
-    const protocol::Envelope envelope{session_, ++sequence_, 0};
-    socket_.send(std::span(buffer).first(protocol::encode_client_message(envelope, message, buffer)));
-    return sequence_;
+    if (!address_proven_) send_one(protocol::ProveAddress{});
+    return send_one(message);
   }
 
   /// The next message, or nullopt at `deadline_ns` (monotonic clock) or when a signal came. Datagrams that do not pass
@@ -90,11 +90,20 @@ class PredictionClient {
   std::optional<ReceivedMessage> receive(std::uint64_t deadline_ns);
 
   const Endpoint& daemon() const { return daemon_; }
-  std::uint64_t refused() const { return refused_; }        ///< datagrams that did not pass a gate
-  std::uint64_t duplicates() const { return duplicates_; }  ///< datagrams that had come before
-  std::uint64_t lost() const { return gate_.lost(); }       ///< datagrams that the daemon sent and that never came
+  std::uint64_t refused() const { return refused_ + socket_.refused(); }  ///< datagrams that did not pass a gate
+  std::uint64_t duplicates() const { return duplicates_; }                ///< datagrams that had come before
+  std::uint64_t lost() const { return gate_.lost(); }  ///< datagrams that the daemon sent and that never came
 
  private:
+  template <typename Message>
+  std::uint32_t send_one(const Message& message) {
+    std::array<std::uint8_t, protocol::kMaxDatagram> buffer;
+    const protocol::Envelope envelope{session_, ++sequence_, 0};
+    socket_.send(std::span(buffer).first(protocol::encode_client_message(envelope, message, buffer)));
+    return sequence_;
+  }
+  bool speaks_of_address(const protocol::ClientMessage& message);
+
   // Sends `request` until `take`, shown every answer to it, has said that it is complete.
   template <typename Message>
   void ask(const Message& request, const std::function<bool(const ReceivedMessage&)>& take);
@@ -102,7 +111,8 @@ class PredictionClient {
 
   Endpoint daemon_;
   Patience patience_;
-  UdpSocket socket_;
+  ContactSocket socket_;
+  bool address_proven_ = true;  // or nobody asked for it yet
   std::uint32_t session_;
   std::uint32_t sequence_ = 0;
   protocol::SequenceGate gate_;

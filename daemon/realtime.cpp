@@ -49,6 +49,14 @@ std::optional<std::string> pin_to_cpu(const char* what, pthread_t thread, int cp
          "; this process may use " + allowed_cpus() + " (taskset, CPUAffinity= or AllowedCPUs= of a unit)";
 }
 
+void leave_realtime() noexcept {
+  const sched_param none{};
+  ::pthread_setschedparam(::pthread_self(), SCHED_OTHER, &none);
+  cpu_set_t cpus;
+  std::memset(&cpus, 0xFF, sizeof cpus);  // those that the process may not use are left out by the kernel
+  ::pthread_setaffinity_np(::pthread_self(), sizeof cpus, &cpus);
+}
+
 std::optional<std::string> lock_memory() {
   if (::mlockall(MCL_CURRENT) == 0) return std::nullopt;
   return std::string("memory may be paged out: ") + std::strerror(errno) + "; raise the limit " +

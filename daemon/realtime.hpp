@@ -22,6 +22,9 @@ std::optional<std::string> schedule_realtime(const char* what, pthread_t thread,
 /// Keeps a thread, and those that it will start, on one CPU, counted from 0.
 std::optional<std::string> pin_to_cpu(const char* what, pthread_t thread, int cpu);
 
+/// The calling thread, started by one that is in real time or pinned, has no hurry: any CPU, when it is free.
+void leave_realtime() noexcept;
+
 /// Keeps the memory that the process has now from being paged out. Needs CAP_IPC_LOCK or a limit.
 std::optional<std::string> lock_memory();
 

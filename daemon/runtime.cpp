@@ -11,6 +11,9 @@ namespace tissued::daemon {
 
 namespace {
 
+// Of a step, before it is ended: 20 times what the slowest of the shipped scenes takes. `fem` is for judging, and slow.
+constexpr std::uint64_t kLongestStep_ns = 80'000'000;
+
 std::unique_ptr<SessionRecorder> make_recorder(const config::DaemonConfig& config, Counters& counters,
                                                std::function<void(const std::string&)> on_failure) {
   if (config.record.empty()) return nullptr;
@@ -23,7 +26,8 @@ std::unique_ptr<SessionRecorder> make_recorder(const config::DaemonConfig& confi
   const std::string name = config.bundle.scene.name.substr(0, protocol::Name::kCapacity);
   header.scene = protocol::Name::from(name).value_or(*protocol::Name::from("?"));
   header.bundle = std::filesystem::absolute(config.bundle.folder).string();
-  return std::make_unique<SessionRecorder>(config.record, header, config.document, counters, std::move(on_failure));
+  return std::make_unique<SessionRecorder>(config.record, config.record_max_bytes, header, config.document, counters,
+                                           std::move(on_failure));
 }
 
 }  // namespace
@@ -35,9 +39,15 @@ Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
       recorder_(make_recorder(config, counters_, std::move(on_recording_failed))),
       processor_(simulator, config, counters_),
       simulation_(
-          processor_, simulator.scene().mesh.node_count(), counters_, [this] { published_.notify(); }, recorder_.get()),
+          processor_, simulator.scene().mesh.node_count(), config.simulator.solver.iterations, counters_,
+          [this] { published_.notify(); }, recorder_.get()),
+      step_watch_(context_, simulation_, config.simulator.kind == "fem" ? 0 : kLongestStep_ns),
       receiver_(
-          context_, config, counters_, [this](const protocol::TrackerFrame& frame) { simulation_.submit(frame); },
+          context_, config, counters_,
+          [this](const protocol::TrackerFrame& frame) {
+            simulation_.submit(frame);
+            step_watch_.on_submitted();
+          },
           recorder_.get()),
       server_(
           context_, config, simulator.scene(), simulation_, counters_,
@@ -91,6 +101,15 @@ void Runtime::stop_on_signals() {
   signals_.async_wait([this](const boost::system::error_code& error, int) {
     if (!error) stop();
   });
+}
+
+void Runtime::reload_on_hangup(Reload::Load load, Reload::Apply on_reloaded, Reload::Refuse on_refused) {
+  const auto apply = [this, told = std::move(on_reloaded)](const config::DaemonConfig& config) {
+    receiver_.apply(config);
+    server_.apply(config);
+    told(config);
+  };
+  reload_.emplace(context_, std::move(load), apply, std::move(on_refused));
 }
 
 void Runtime::watch_simulation() {

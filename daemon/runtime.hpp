@@ -18,9 +18,11 @@
 #include "daemon/event_fd.hpp"
 #include "daemon/frame_processor.hpp"
 #include "daemon/metrics_server.hpp"
+#include "daemon/reload.hpp"
 #include "daemon/service_manager.hpp"
 #include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
+#include "daemon/step_watch.hpp"
 #include "daemon/tracker_receiver.hpp"
 
 namespace tissued::daemon {
@@ -58,6 +60,9 @@ class Runtime {
   void on_alarm(std::function<void(const AlarmAnswer&)> callback) { on_alarm_ = std::move(callback); }
   /// Makes SIGINT and SIGTERM stop.
   void stop_on_signals();
+  /// Makes SIGHUP read the configuration again, by `load`, while everything goes on, and take on what a running daemon
+  /// can, see changes_that_need_a_start. Both are told on the thread of run(). Before run().
+  void reload_on_hangup(Reload::Load load, Reload::Apply on_reloaded, Reload::Refuse on_refused);
 
   const Counters& counters() const { return counters_; }
   /// After run() only.
@@ -75,6 +80,7 @@ class Runtime {
   std::unique_ptr<SessionRecorder> recorder_;  // null: nothing is recorded
   FrameProcessor processor_;
   SimulationThread simulation_;
+  StepWatch step_watch_;
   TrackerReceiver receiver_;
   ClientServer server_;
   std::optional<MetricsServer> metrics_;
@@ -83,6 +89,7 @@ class Runtime {
   boost::asio::signal_set signals_;
   std::function<void(const AlarmAnswer&)> on_alarm_;
   bool alarm_raised_ = false;
+  std::optional<Reload> reload_;  // last: its thread speaks to the context
 };
 
 }  // namespace tissued::daemon

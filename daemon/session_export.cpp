@@ -236,8 +236,7 @@ void write_bundle(const config::Bundle& bundle, const fs::path& out, const Expor
 
 }  // namespace
 
-protocol::Trial trial_of_session(const config::DaemonConfig& config, protocol::SessionReader& reader,
-                                 ExportReport& report) {
+protocol::Trial trial_of_session(const config::DaemonConfig& config, RecordingReader& reader, ExportReport& report) {
   protocol::Trial trial;
   name_columns(config, trial);
   FrameReader frames(config, trial);
@@ -278,10 +277,7 @@ std::vector<Stretch> find_pushes(const config::DaemonConfig& config, const proto
 }
 
 ExportReport export_session(const fs::path& file, const fs::path& bundle, const fs::path& out) {
-  const std::string content = protocol::read_file_content(file);
-  protocol::SessionReader reader(protocol::bytes_of(content));
-  if (reader.refusal() != protocol::SessionRefusal::none)
-    throw std::runtime_error(file.string() + ": not a recording of tissued: " + to_string(reader.refusal()));
+  RecordingReader reader(file);
   const config::DaemonConfig config =
       config::config_for_bundle(bundle.empty() ? fs::path(reader.header().bundle) : bundle);
   if (hash_of_bundle(config.bundle) != reader.header().bundle_hash)

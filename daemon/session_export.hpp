@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/daemon_config.hpp"
-#include "protocol/session_file.hpp"
+#include "daemon/recording_reader.hpp"
 #include "protocol/trial.hpp"
 
 namespace tissued::daemon {
@@ -24,8 +24,7 @@ struct ExportReport {
 
 /// Every frame of the tracker, as tissued joined them from the recorded datagrams, at a constant rate: frames that did
 /// not come are gaps. Labels are the bundle's markers, pads and targets. Throws std::runtime_error where there is none.
-protocol::Trial trial_of_session(const config::DaemonConfig& config, protocol::SessionReader& reader,
-                                 ExportReport& report);
+protocol::Trial trial_of_session(const config::DaemonConfig& config, RecordingReader& reader, ExportReport& report);
 
 /// Frames [begin, end).
 struct Stretch {

@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -42,10 +43,20 @@ std::uint64_t hash_of_bundle(const config::Bundle& bundle) {
   return value;
 }
 
-SessionRecorder::SessionRecorder(const std::filesystem::path& file, const protocol::SessionHeader& header,
-                                 const std::string& configuration, Counters& counters,
-                                 std::function<void(const std::string&)> on_failure)
-    : name_(file.string()),
+std::filesystem::path part_of_recording(const std::filesystem::path& file, std::uint64_t n) {
+  if (n == 1) return file;
+  std::string name = file.stem().string();
+  name.append(".").append(std::to_string(n)).append(file.extension().string());
+  return file.parent_path() / name;
+}
+
+SessionRecorder::SessionRecorder(const std::filesystem::path& file, std::uint64_t max_bytes,
+                                 const protocol::SessionHeader& header, const std::string& configuration,
+                                 Counters& counters, std::function<void(const std::string&)> on_failure)
+    : first_(file),
+      max_bytes_(max_bytes),
+      header_(header),
+      configuration_(configuration),
       counters_(counters),
       on_failure_(std::move(on_failure)),
       datagrams_(kDatagramRing),
@@ -54,15 +65,8 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const protoc
       body_(protocol::kMaxSessionBody) {
   // A file size limit is a full disk to us, not the end of the daemon.
   std::signal(SIGXFSZ, SIG_IGN);
-  file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (file_ < 0) throw std::system_error(errno, std::generic_category(), name_ + ": cannot be created");
-  pending_size_ = protocol::write_session_header(header, pending_);
-  // Also a text that fills its last piece has a shorter one behind it.
-  for (std::size_t begin = 0; begin <= configuration.size(); begin += protocol::kMaxSessionBody) {
-    const std::string piece = configuration.substr(begin, protocol::kMaxSessionBody);
-    append(
-        {SessionRecordKind::configuration, header.monotonic_ns, std::vector<std::uint8_t>(piece.begin(), piece.end())});
-  }
+  if (const int error = open_part(); error != 0)
+    throw std::system_error(error, std::generic_category(), name_ + ": cannot be created");
   flush();
   if (failed_) {
     ::close(file_);
@@ -72,14 +76,42 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const protoc
   ::pthread_setname_np(thread_.native_handle(), "recorder");
 }
 
+// Creates the file of part_ and begins it; returns errno. Nothing may be pending.
+int SessionRecorder::open_part() {
+  name_ = part_of_recording(first_, part_).string();
+  file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (file_ < 0) return errno;
+  written_ = 0;
+  pending_size_ = protocol::write_session_header(header_, pending_);
+  // Also a text that fills its last piece has a shorter one behind it.
+  const auto* text = reinterpret_cast<const std::uint8_t*>(configuration_.data());
+  for (std::size_t begin = 0; begin <= configuration_.size(); begin += protocol::kMaxSessionBody) {
+    const std::size_t size = std::min(protocol::kMaxSessionBody, configuration_.size() - begin);
+    append({SessionRecordKind::configuration, header_.monotonic_ns, {text + begin, size}});
+  }
+  if (part_ > 1) append_number(SessionRecordKind::part, part_);
+  return 0;
+}
+
+void SessionRecorder::go_on_in_next_part() noexcept {
+  const int full = std::exchange(file_, -1);
+  ++part_;
+  try {
+    if (const int error = open_part(); error != 0) fail(error);
+  } catch (const std::exception&) {
+    fail(ENOMEM);
+  }
+  ::close(full);
+}
+
 void SessionRecorder::stop(std::optional<std::uint64_t> state_hash) {
   if (!thread_.joinable()) return;
   state_hash_ = state_hash;
   stopping_.store(true, std::memory_order_release);
   thread_.join();
-  ::close(file_);
+  if (file_ >= 0) ::close(file_);
   // Nothing came: where the daemon could not even start, the next start must find the name free.
-  if (empty_) ::unlink(name_.c_str());
+  if (empty_) ::unlink(first_.c_str());
 }
 
 void SessionRecorder::add_tracker(std::uint64_t receive_ns, std::span<const std::uint8_t> bytes) noexcept {
@@ -171,13 +203,15 @@ void SessionRecorder::flush() noexcept {
     counters_.add(Count::records_written, pending_records_);
   }
   pending_size_ = pending_records_ = 0;
+  if (!failed_ && written_ >= max_bytes_) go_on_in_next_part();
 }
 
 void SessionRecorder::fail(int error) noexcept {
   failed_ = true;
   counters_.set(Count::recording_failed, 1);
   // What is in the file up to here is whole; where it cannot be cut, its reader recognises the torn tail.
-  [[maybe_unused]] const int refused = ::ftruncate(file_, static_cast<off_t>(written_));
+  if (file_ >= 0) [[maybe_unused]]
+    const int refused = ::ftruncate(file_, static_cast<off_t>(written_));
   if (on_failure_) on_failure_(name_ + ": recording ended: " + std::strerror(error));
 }
 

@@ -24,18 +24,22 @@ namespace tissued::daemon {
 /// FNV-1a over the bytes of the bundle's bundle.json, then of its mesh. Throws protocol::FileError.
 std::uint64_t hash_of_bundle(const config::Bundle& bundle);
 
-/// Writes what the daemon receives and answers to a file, on a thread of its own. The threads that hand records over
-/// never wait for it: what finds no room is counted and said in the file. What was handed over is in the kernel's hands
-/// within kFlush, so that killing the daemon loses no more. Where the file cannot be written any more (the disk is
-/// full) recording ends, the rest is counted as lost, and the callback is told once; a record that was begun is taken
-/// back or left torn, which its reader recognises.
+/// The n-th file of a recording, from 1: `live.rec`, `live.2.rec`, ...
+std::filesystem::path part_of_recording(const std::filesystem::path& file, std::uint64_t n);
+
+/// Writes what the daemon receives and answers to a file, and when that has grown to the next, on a thread of its own.
+/// The threads that hand records over never wait for it: what finds no room is counted and said in the file. What was
+/// handed over is in the kernel's hands within kFlush, so that killing the daemon loses no more. Where the file cannot
+/// be written any more (the disk is full) recording ends, the rest is counted as lost, and the callback is told once; a
+/// record that was begun is taken back or left torn, which its reader recognises.
 class SessionRecorder {
  public:
   static constexpr std::uint64_t kFlush_ns = 50'000'000;
 
   /// Creates the file, which must not exist yet, and writes its header and the configuration, JSON, from which the run
-  /// can be repeated. on_failure: one line, called on the recorder's thread. Throws std::system_error.
-  SessionRecorder(const std::filesystem::path& file, const protocol::SessionHeader& header,
+  /// can be repeated. max_bytes: of a file, as near as whole records allow. on_failure: one line, called on the
+  /// recorder's thread. Throws std::system_error.
+  SessionRecorder(const std::filesystem::path& file, std::uint64_t max_bytes, const protocol::SessionHeader& header,
                   const std::string& configuration, Counters& counters,
                   std::function<void(const std::string&)> on_failure);
   ~SessionRecorder() { stop(); }
@@ -66,6 +70,8 @@ class SessionRecorder {
   void add(Source& source, protocol::SessionRecordKind kind, std::uint64_t stamp_ns,
            std::span<const std::uint8_t> body) noexcept;
   void run() noexcept;
+  int open_part();
+  void go_on_in_next_part() noexcept;
   void drain(Source& source) noexcept;
   void say_losses(Source& source) noexcept;
   void append_number(protocol::SessionRecordKind kind, std::uint64_t number) noexcept;
@@ -73,7 +79,12 @@ class SessionRecorder {
   void flush() noexcept;
   void fail(int error) noexcept;
 
-  std::string name_;
+  std::filesystem::path first_;
+  std::string name_;  // of the file at hand
+  std::uint64_t max_bytes_;
+  protocol::SessionHeader header_;
+  std::string configuration_;
+  std::uint64_t part_ = 1;
   Counters& counters_;
   std::function<void(const std::string&)> on_failure_;
   int file_ = -1;

@@ -13,9 +13,9 @@
 #include "daemon/explained_model.hpp"
 #include "daemon/frame_joiner.hpp"
 #include "daemon/frame_processor.hpp"
+#include "daemon/recording_reader.hpp"
 #include "daemon/scene_loader.hpp"
 #include "daemon/session_recorder.hpp"
-#include "protocol/file_content.hpp"
 #include "protocol/session_file.hpp"
 
 namespace tissued::daemon {
@@ -34,7 +34,7 @@ struct RecordedRun {
   std::vector<RecordedStep> steps;
 };
 
-RecordedRun read_run(protocol::SessionReader& reader, ReplayReport& report) {
+RecordedRun read_run(RecordingReader& reader, ReplayReport& report) {
   RecordedRun run;
   while (const auto record = reader.next()) {
     switch (record->kind) {
@@ -56,6 +56,7 @@ RecordedRun read_run(protocol::SessionReader& reader, ReplayReport& report) {
         report.recorded_hash = protocol::read_number(record->body);
         break;
       case SessionRecordKind::client_datagram:
+      case SessionRecordKind::part:
         break;
     }
   }
@@ -119,10 +120,23 @@ class Repetition {
     return frame.frame_number == recorded.answer.stepped_frame && frame.receive_ns == recorded.receive_ns;
   }
 
+  // What only the clock had decided.
+  static StepTerms terms_of(const protocol::AnswerSummary& then) {
+    static constexpr std::uint64_t kStep = 1;
+    static const std::atomic<std::uint64_t> pulled{kStep};
+    StepTerms terms;
+    if (then.reasons & protocol::ValidityReason::kOverloaded) {
+      terms.overload = 1;
+      terms.max_iterations = then.iterations;
+    }
+    if (then.reasons & protocol::ValidityReason::kStepBraked) terms.brake = {&pulled, kStep};
+    return terms;
+  }
+
   void step(const protocol::TrackerFrame& frame) {
     const protocol::AnswerSummary& then = steps_[report_.steps].answer;
     previous_ = answer_;
-    processor_.process(frame, previous_, answer_);
+    processor_.process(frame, previous_, answer_, terms_of(then));
     const std::string difference = difference_of(then, answer_summary(frame.frame_number, answer_));
     ++report_.steps;
     if (difference.empty()) {
@@ -143,8 +157,8 @@ class Repetition {
   Answer answer_, previous_;
 };
 
-config::DaemonConfig config_of(const RecordedRun& run, const protocol::SessionReader& reader,
-                               const std::filesystem::path& file, const std::filesystem::path& bundle) {
+config::DaemonConfig config_of(const RecordedRun& run, const RecordingReader& reader, const std::filesystem::path& file,
+                               const std::filesystem::path& bundle) {
   std::vector<std::string> overrides;
   if (!bundle.empty()) overrides.push_back("bundle=" + config::Json(bundle.string()).dump());
   config::DaemonConfig config = config::config_from_text(run.configuration, file.string(), overrides);
@@ -159,10 +173,7 @@ config::DaemonConfig config_of(const RecordedRun& run, const protocol::SessionRe
 
 ReplayReport replay_session(const std::filesystem::path& file, const std::filesystem::path& bundle,
                             const std::function<void(std::size_t, std::size_t)>& on_step) {
-  const std::string content = protocol::read_file_content(file);
-  protocol::SessionReader reader(protocol::bytes_of(content));
-  if (reader.refusal() != protocol::SessionRefusal::none)
-    throw std::runtime_error(file.string() + ": not a recording of tissued: " + to_string(reader.refusal()));
+  RecordingReader reader(file);
   ReplayReport report;
   const RecordedRun run = read_run(reader, report);
   const config::DaemonConfig config = config_of(run, reader, file, bundle);

@@ -8,13 +8,14 @@
 
 namespace tissued::daemon {
 
-SimulationThread::SimulationThread(FrameProcessor& processor, int node_count, Counters& counters,
+SimulationThread::SimulationThread(FrameProcessor& processor, int node_count, int iterations, Counters& counters,
                                    std::function<void()> on_published, SessionRecorder* recorder)
     : processor_(processor),
       counters_(counters),
       on_published_(std::move(on_published)),
       recorder_(recorder),
-      meshes_(node_count) {
+      meshes_(node_count),
+      overload_(iterations) {
   // The answer at rest is there from the start; the thread is not yet, so that both ends of the slot are ours.
   processor_.rest_answer(newest_);
   answers_.back() = newest_;
@@ -37,6 +38,12 @@ void SimulationThread::submit(const protocol::TrackerFrame& frame) noexcept {
   wake_up_.notify();
 }
 
+std::uint64_t SimulationThread::brake_step(std::uint64_t began_before_ns) noexcept {
+  const std::uint64_t began_ns = step_began_ns();
+  if (began_ns != 0 && began_ns < began_before_ns) braked_step_.store(began_ns, std::memory_order_relaxed);
+  return began_ns;
+}
+
 void SimulationThread::request_mesh() noexcept {
   if (!mesh_requested_.exchange(true, std::memory_order_acq_rel)) wake_up_.notify();
 }
@@ -56,9 +63,12 @@ void SimulationThread::run() noexcept {
 }
 
 void SimulationThread::step() noexcept {
-  step_began_ns_.store(monotonic_ns(), std::memory_order_relaxed);
+  const std::uint64_t began_ns = monotonic_ns();
+  step_began_ns_.store(began_ns, std::memory_order_relaxed);
   previous_ = newest_;
-  processor_.process(frames_.front(), previous_, newest_);
+  processor_.process(frames_.front(), previous_, newest_,
+                     {overload_.level(), overload_.max_iterations(), {&braked_step_, began_ns}});
+  overload_.note(1e-9 * static_cast<double>(newest_.step_time_ns), processor_.frame_interval());
   publish_answer();
   if (recorder_ != nullptr) recorder_->add_answer(frames_.front(), newest_);
   step_began_ns_.store(0, std::memory_order_relaxed);

@@ -11,6 +11,7 @@
 #include "daemon/counters.hpp"
 #include "daemon/frame_processor.hpp"
 #include "daemon/latest_value.hpp"
+#include "daemon/overload_rule.hpp"
 #include "daemon/session_recorder.hpp"
 #include "daemon/wake_up.hpp"
 #include "protocol/tracker_frame.hpp"
@@ -25,9 +26,9 @@ class SimulationThread {
   /// Starts the thread; answer() is the one at rest until a frame has been stepped. on_published is called there
   /// whenever an answer or a mesh has been published: it must neither block nor throw. processor and counters must
   /// outlive this.
-  /// recorder: null, or what is told every answer; outlives this, too.
-  SimulationThread(FrameProcessor& processor, int node_count, Counters& counters, std::function<void()> on_published,
-                   SessionRecorder* recorder = nullptr);
+  /// iterations: of a step as configured. recorder: null, or what is told every answer; outlives this, too.
+  SimulationThread(FrameProcessor& processor, int node_count, int iterations, Counters& counters,
+                   std::function<void()> on_published, SessionRecorder* recorder = nullptr);
   /// Ends the thread after the step at hand.
   ~SimulationThread() { stop(); }
   SimulationThread(const SimulationThread&) = delete;
@@ -38,6 +39,9 @@ class SimulationThread {
   pthread_t native_handle() { return thread_.native_handle(); }
   /// From any thread: when the step at hand began, monotonic clock; 0 between steps.
   std::uint64_t step_began_ns() const noexcept { return step_began_ns_.load(std::memory_order_relaxed); }
+  /// I/O thread: ends the step at hand if it began before `began_before_ns`; the simulator has a few iterations' time
+  /// to notice. Returns when that step began, 0 between steps.
+  std::uint64_t brake_step(std::uint64_t began_before_ns) noexcept;
 
   /// I/O thread: hands on a frame; one that was not taken yet is counted as skipped.
   void submit(const protocol::TrackerFrame& frame) noexcept;
@@ -66,7 +70,9 @@ class SimulationThread {
   WakeUp wake_up_;
   std::atomic<bool> mesh_requested_{false};
   std::atomic<bool> stopping_{false};
-  std::atomic<std::uint64_t> step_began_ns_{0};
+  std::atomic<std::uint64_t> step_began_ns_{0};  // also the step's number: no two begin at once
+  std::atomic<std::uint64_t> braked_step_{0};
+  OverloadRule overload_;
   Answer newest_;    // the simulation thread's own
   Answer previous_;  // the same, one step earlier
   std::thread thread_;

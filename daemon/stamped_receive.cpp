@@ -35,9 +35,12 @@ void stamp_arrivals(int socket) noexcept {
 }
 
 std::optional<ReceivedDatagram> receive_stamped(int socket, std::span<std::uint8_t> buffer) noexcept {
+  ReceivedDatagram datagram;
   iovec part{buffer.data(), buffer.size()};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t))> control{};
   msghdr message{};
+  message.msg_name = datagram.from.data();
+  message.msg_namelen = static_cast<socklen_t>(datagram.from.capacity());
   message.msg_iov = &part;
   message.msg_iovlen = 1;
   message.msg_control = control.data();
@@ -48,7 +51,9 @@ std::optional<ReceivedDatagram> receive_stamped(int socket, std::span<std::uint8
   } while (size < 0 && errno == EINTR);
   if (size < 0) return std::nullopt;
 
-  ReceivedDatagram datagram{static_cast<std::size_t>(size), monotonic_ns(), std::nullopt};
+  datagram.size = static_cast<std::size_t>(size);
+  datagram.receive_ns = monotonic_ns();
+  datagram.from.resize(message.msg_namelen);
   for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr; header = CMSG_NXTHDR(&message, header)) {
     if (header->cmsg_level != SOL_SOCKET) continue;
     if (header->cmsg_type == SO_TIMESTAMPNS) {

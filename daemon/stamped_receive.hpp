@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/asio/ip/udp.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -9,8 +10,9 @@ namespace tissued::daemon {
 
 /// A datagram as the kernel handed it over.
 struct ReceivedDatagram {
-  std::size_t size = 0;                  ///< bytes, at most those of the buffer; what was longer is cut off
-  std::uint64_t receive_ns = 0;          ///< monotonic clock, when it reached the socket
+  std::size_t size = 0;          ///< bytes, at most those of the buffer; what was longer is cut off
+  std::uint64_t receive_ns = 0;  ///< monotonic clock, when it reached the socket
+  boost::asio::ip::udp::endpoint from{};
   std::optional<std::uint32_t> drops{};  ///< datagrams that the socket's full buffer has cost so far, modulo 2^32
 };
 

@@ -24,6 +24,9 @@ void declare_options(CLI::App& app, StartOptions& options) {
   app.add_option("--record", options.record_file,
                  "Record everything received and a summary of every answer; a file that does not exist yet")
       ->type_name("FILE");
+  app.add_option("--keys", options.key_file, "Pre-shared keys, see `tissuectl key`: believe nobody else, and encrypt")
+      ->type_name("FILE");
+  app.add_flag("--insecure", options.insecure, "Let others than this machine be believed without a key");
   app.add_option("--set", options.overrides,
                  "Override a key of the configuration, e.g. material.poissons_ratio=0.42; may be repeated")
       ->type_name("KEY=VALUE")
@@ -47,6 +50,8 @@ config::DaemonConfig load_config(const StartOptions& options) {
   };
   set_path("model", options.model_file);
   set_path("record", options.record_file);
+  set_path("keys", options.key_file);
+  if (options.insecure) overrides.push_back("insecure=true");
   if (options.tracker_port) overrides.push_back("tracker.port=" + std::to_string(*options.tracker_port));
   if (options.client_port) overrides.push_back("clients.port=" + std::to_string(*options.client_port));
   if (!options.log_level.empty()) overrides.push_back("log.level=" + options.log_level);

@@ -19,11 +19,13 @@ struct StartOptions {
   std::string bundle_folder;
   std::string model_file;
   std::string record_file;
+  std::string key_file;
   std::vector<std::string> overrides;  ///< `key=value`, of the configuration
   std::optional<std::uint16_t> tracker_port;
   std::optional<std::uint16_t> client_port;
   std::string log_level;
   bool realtime = false;
+  bool insecure = false;
   bool check = false;
   bool print_schema = false;
 };

@@ -8,6 +8,7 @@
 #include "daemon/ctl_diagnose.hpp"
 #include "daemon/ctl_evaluate.hpp"
 #include "daemon/ctl_export.hpp"
+#include "daemon/ctl_key.hpp"
 #include "daemon/ctl_options.hpp"
 #include "daemon/ctl_play.hpp"
 #include "daemon/ctl_query.hpp"
@@ -47,6 +48,7 @@ int main(int argc, char** argv) {
   add_predict_command(app, exit_code);
   add_export_command(app, exit_code);
   add_replay_command(app, exit_code);
+  add_key_command(app, exit_code);
   try {
     app.parse(argc, argv);  // which runs the subcommand
   } catch (const CLI::ParseError& error) {

@@ -23,10 +23,17 @@ namespace {
 constexpr int kRefusedByMachine = 1;
 constexpr int kRefusedInput = 2;
 
-void warn_of_open_address(const char* what, const std::string& address) {
-  if (is_loopback(address)) return;
-  spdlog::warn("{} listens on {}: ANYBODY WHO REACHES THIS ADDRESS IS BELIEVED. Nothing is encrypted or authenticated.",
-               what, address);
+void warn_of_unsealed(const config::DaemonConfig& config) {
+  const bool sealed = !config.keys.empty();
+  const auto warn = [](const char* what, const std::string& address, const std::string& whom) {
+    spdlog::warn("{} listens on {}: {} IS BELIEVED WITHOUT A KEY. Nothing is encrypted or authenticated.", what,
+                 address, whom);
+  };
+  const config::TrackerConfig& tracker = config.tracker;
+  if (!config::is_loopback(tracker.address) && (!sealed || !tracker.peer.empty()))
+    warn("tracker", tracker.address, tracker.peer.empty() ? "WHOEVER REACHES IT" : "WHOEVER WRITES AS " + tracker.peer);
+  if (!config::is_loopback(config.clients.address) && !sealed)
+    warn("clients", config.clients.address, "WHOEVER REACHES IT");
 }
 
 void log_alarm(const AlarmAnswer& alarm) {
@@ -51,12 +58,25 @@ void log_summary(const Runtime& runtime, const core::Simulator& simulator) {
       ms(latency.percentile_ns(0.99)), ms(latency.max_ns()), simulator.state_hash());
 }
 
-int serve(const config::DaemonConfig& config, core::Simulator& simulator) {
-  warn_of_open_address("tracker", config.tracker.address);
-  warn_of_open_address("clients", config.clients.address);
+void log_reload(const config::DaemonConfig& running, const config::DaemonConfig& wanted) {
+  set_log_level(wanted.log.level);
+  const std::vector<std::string> left = changes_that_need_a_start(running, wanted);
+  if (left.empty()) return spdlog::warn("configuration read again");
+  std::string pointers;
+  for (const std::string& pointer : left) pointers.append(pointers.empty() ? "" : ", ").append(pointer);
+  spdlog::warn("configuration read again; changed, but only a start takes it on: {}", pointers);
+}
+
+int serve(const config::DaemonConfig& config, core::Simulator& simulator, const StartOptions& options) {
+  warn_of_unsealed(config);
   Runtime runtime(config, simulator, [](const std::string& line) { spdlog::error("{}", line); });
   runtime.stop_on_signals();
   runtime.on_alarm(log_alarm);
+  runtime.reload_on_hangup([&options] { return load_config(options); },
+                           [&config](const config::DaemonConfig& wanted) { log_reload(config, wanted); },
+                           [](const std::string& reason) {
+                             spdlog::error("configuration not read again, the one so far stays: {}", reason);
+                           });
   for (const std::string& refused : runtime.prefer_realtime()) spdlog::warn("{}", refused);
   std::printf("listening tracker=%u clients=%u", unsigned{runtime.tracker_port()}, unsigned{runtime.client_port()});
   if (const auto port = runtime.metrics_port()) std::printf(" metrics=%u", unsigned{*port});
@@ -84,7 +104,7 @@ int start(const StartOptions& options) {
     start_logging(config);
   }
   const auto simulator = core::make_simulator(load_scene(config.bundle), config.simulator);
-  if (!options.check) return serve(config, *simulator);
+  if (!options.check) return serve(config, *simulator, options);
   Counters counters;
   const FrameProcessor processor(*simulator, config, counters);  // asks what only a start would ask
   const core::Scene& scene = simulator->scene();

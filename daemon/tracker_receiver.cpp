@@ -27,11 +27,18 @@ TrackerReceiver::TrackerReceiver(boost::asio::io_context& context, const config:
       counters_(counters),
       on_frame_(std::move(on_frame)),
       recorder_(recorder),
+      sealed_(SealedPort::make(socket_, protocol::SealChannel::tracker, config.keys, counters)),
+      pin_(config.tracker, config.staleness),
       joiner_(config) {
   stamp_arrivals(socket_.native_handle());
 }
 
 void TrackerReceiver::start() { wait_readable(); }
+
+void TrackerReceiver::apply(const config::DaemonConfig& config) {
+  pin_.apply(config.staleness);
+  if (sealed_) sealed_->use(config.keys);
+}
 
 void TrackerReceiver::close() {
   boost::system::error_code ignored;
@@ -54,16 +61,31 @@ void TrackerReceiver::drain() {
     if (received->drops) counters_.set(Count::kernel_drops, *received->drops);
     // Stamps come by way of the wall clock; the assembler relies on a clock that does not go back.
     newest_receive_ns_ = std::max(newest_receive_ns_, received->receive_ns);
-    const auto bytes = std::span<const std::uint8_t>(buffer_).first(received->size);
-    if (recorder_ != nullptr) recorder_->add_tracker(newest_receive_ns_, bytes);
-    take(bytes, newest_receive_ns_);
+    take(std::span<const std::uint8_t>(buffer_).first(received->size), received->from, newest_receive_ns_);
   }
   hand_on();
 }
 
-void TrackerReceiver::take(std::span<const std::uint8_t> bytes, std::uint64_t receive_ns) {
-  keep_newest(joiner_.add(bytes, receive_ns));
+// What the sender says, where he is one to be believed.
+std::optional<std::span<const std::uint8_t>> TrackerReceiver::opened(std::span<const std::uint8_t> bytes,
+                                                                     const udp::endpoint& from) {
+  if (sealed_ && !(pin_.names_peer() && pin_.is_peer(from))) {
+    const auto opened = sealed_->open(bytes, from);
+    return opened ? std::optional(opened->payload) : std::nullopt;
+  }
+  if (pin_.is_peer(from)) return bytes;
+  counters_.add(Count::foreign_datagrams);
+  return std::nullopt;
+}
+
+void TrackerReceiver::take(std::span<const std::uint8_t> bytes, const udp::endpoint& from, std::uint64_t receive_ns) {
+  const auto datagram = opened(bytes, from);
+  if (!datagram) return;
+  if (!pin_.continues(from, receive_ns)) return counters_.add(Count::foreign_datagrams);
+  if (recorder_ != nullptr) recorder_->add_tracker(receive_ns, *datagram);
+  keep_newest(joiner_.add(*datagram, receive_ns));
   counters_.add(joiner_.refusal());
+  if (joiner_.refusal() == protocol::TrackerRefusal::none) pin_.note(from, receive_ns);
   if (const int skipped = joiner_.skipped_items(); skipped > 0)
     counters_.add(Count::unknown_items, static_cast<std::uint64_t>(skipped));
 }

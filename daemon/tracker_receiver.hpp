@@ -6,6 +6,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,13 +15,16 @@
 #include "daemon/counters.hpp"
 #include "daemon/frame_joiner.hpp"
 #include "daemon/rate_meter.hpp"
+#include "daemon/sealed_port.hpp"
 #include "daemon/session_recorder.hpp"
+#include "daemon/source_pin.hpp"
 #include "protocol/tracker_frame.hpp"
 
 namespace tissued::daemon {
 
 /// Takes tracker datagrams off their socket, decodes them and joins them to frames. Whenever the socket is readable all
-/// that waits there is taken, and only the newest frame handed on; older ones are counted as skipped.
+/// that waits there is taken, and only the newest frame handed on; older ones are counted as skipped. Where there are
+/// keys, what is not sealed with one is refused, but for what the configured peer sends; see SourcePin, too.
 class TrackerReceiver {
  public:
   using OnFrame = std::function<void(const protocol::TrackerFrame&)>;
@@ -32,6 +36,8 @@ class TrackerReceiver {
 
   void start();
   void close();
+  /// Takes on staleness and other keys.
+  void apply(const config::DaemonConfig& config);
   std::uint16_t port() const { return port_; }
   /// Frames received in the last second, skipped ones too.
   double rate_hz(std::uint64_t now_ns) const { return rate_.rate_hz(now_ns); }
@@ -39,7 +45,9 @@ class TrackerReceiver {
  private:
   void wait_readable();
   void drain();
-  void take(std::span<const std::uint8_t> bytes, std::uint64_t receive_ns);
+  void take(std::span<const std::uint8_t> bytes, const boost::asio::ip::udp::endpoint& from, std::uint64_t receive_ns);
+  std::optional<std::span<const std::uint8_t>> opened(std::span<const std::uint8_t> bytes,
+                                                      const boost::asio::ip::udp::endpoint& from);
   void keep_newest(std::span<const protocol::TrackerFrame> frames);
   void hand_on();
   void watch_deadline();
@@ -50,12 +58,14 @@ class TrackerReceiver {
   Counters& counters_;
   OnFrame on_frame_;
   SessionRecorder* recorder_;
+  std::unique_ptr<SealedPort> sealed_;  // null: there are no keys
+  SourcePin pin_;
   FrameJoiner joiner_;
   RateMeter rate_;
   bool deadline_armed_ = false;
   std::uint64_t newest_receive_ns_ = 0;
-  std::optional<protocol::TrackerFrame> newest_;                          // complete, not handed on yet
-  std::array<std::uint8_t, protocol::kMaxTrackerDatagram + 1> buffer_{};  // one more, to tell what is too long
+  std::optional<protocol::TrackerFrame> newest_;                 // complete, not handed on yet
+  std::array<std::uint8_t, protocol::kMaxSealed + 1> buffer_{};  // one more, to tell what is too long
 };
 
 }  // namespace tissued::daemon

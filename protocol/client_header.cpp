@@ -22,6 +22,7 @@ std::optional<MessageType> type_of(std::uint8_t code) {
     case MessageType::subscribe:
     case MessageType::unsubscribe:
     case MessageType::query_probes:
+    case MessageType::prove_address:
     case MessageType::hello_reply:
     case MessageType::names:
     case MessageType::predictions:
@@ -30,6 +31,7 @@ std::optional<MessageType> type_of(std::uint8_t code) {
     case MessageType::status:
     case MessageType::subscribe_reply:
     case MessageType::probe_view:
+    case MessageType::address_proof:
     case MessageType::error:
       return type;
   }

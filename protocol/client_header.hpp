@@ -25,6 +25,7 @@ enum class MessageType : std::uint8_t {
   subscribe = 0x07,
   unsubscribe = 0x08,
   query_probes = 0x09,
+  prove_address = 0x0A,
   // daemon to client
   hello_reply = 0x81,
   names = 0x82,
@@ -34,6 +35,7 @@ enum class MessageType : std::uint8_t {
   status = 0x86,
   subscribe_reply = 0x87,
   probe_view = 0x88,
+  address_proof = 0x89,
   error = 0xFF,
 };
 

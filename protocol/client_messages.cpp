@@ -33,6 +33,8 @@ ClientRefusal read_message(ByteReader& reader, MessageType type, ClientMessage& 
       return read_as<Unsubscribe>(reader, message);
     case MessageType::query_probes:
       return read_as<QueryProbes>(reader, message);
+    case MessageType::prove_address:
+      return read_as<ProveAddress>(reader, message);
     case MessageType::hello_reply:
       return read_as<HelloReply>(reader, message);
     case MessageType::names:
@@ -49,6 +51,8 @@ ClientRefusal read_message(ByteReader& reader, MessageType type, ClientMessage& 
       return read_as<SubscribeReply>(reader, message);
     case MessageType::probe_view:
       return read_as<ProbeView>(reader, message);
+    case MessageType::address_proof:
+      return read_as<AddressProof>(reader, message);
     case MessageType::error:
       return read_as<Error>(reader, message);
   }

@@ -18,7 +18,7 @@ namespace tissued::protocol {
 
 using ClientMessage = std::variant<Hello, QueryNames, QueryTargets, QueryMesh, QueryTopology, QueryStatus, Subscribe,
                                    Unsubscribe, HelloReply, Names, Predictions, MeshPositions, MeshCells, Status,
-                                   SubscribeReply, Error, QueryProbes, ProbeView>;
+                                   SubscribeReply, Error, QueryProbes, ProbeView, ProveAddress, AddressProof>;
 
 struct DecodedMessage {
   ClientRefusal refusal = ClientRefusal::none;

@@ -46,6 +46,8 @@ const char* to_string(AssemblerEvent event) {
       return "inconsistent_datagrams";
     case AssemblerEvent::restart_suspects:
       return "restart_suspects";
+    case AssemblerEvent::jump_suspects:
+      return "jump_suspects";
     case AssemblerEvent::duplicate_items:
       return "duplicate_items";
     case AssemblerEvent::overflowing_items:
@@ -88,6 +90,9 @@ std::span<const TrackerFrame> FrameAssembler::add(const TrackerDatagram& datagra
     case Place::far_behind:
       tally(AssemblerEvent::restart_suspects);
       return {};
+    case Place::far_ahead:
+      tally(AssemblerEvent::jump_suspects);
+      return {};
     case Place::restart:
       if (open_) close(FrameCompletion::superseded);
       tally(AssemblerEvent::restarts);
@@ -99,6 +104,7 @@ std::span<const TrackerFrame> FrameAssembler::add(const TrackerDatagram& datagra
   join(datagram);
   progress_ns_ = receive_ns;
   behind_run_ = 0;
+  ahead_last_.reset();
   if (const auto finished = completion()) close(*finished);
   return std::span(ready_).first(ready_count_);
 }
@@ -119,8 +125,12 @@ FrameAssembler::Place FrameAssembler::place(std::uint32_t frame_number, std::uin
   if (!started_) return Place::newer;
   const std::uint32_t ahead = frame_number - frame_.frame_number;
   if (ahead == 0 && open_) return Place::same;
-  if (ahead != 0 && ahead < kHalfRange) return Place::newer;
-  if (receive_ns > progress_ns_ && receive_ns - progress_ns_ >= config_.restart_silence_ns) return Place::restart;
+  const bool silent = receive_ns > progress_ns_ && receive_ns - progress_ns_ >= config_.restart_silence_ns;
+  if (ahead != 0 && ahead < kHalfRange) {
+    const bool jumps = ahead - 1 > config_.reorder_window && !silent;
+    return jumps && !confirms_jump(frame_number) ? Place::far_ahead : Place::newer;
+  }
+  if (silent) return Place::restart;
   if (ahead == 0) return Place::same;
   const std::uint32_t frames_back = 0U - ahead;
   if (confirms_restart(frame_number, frames_back)) return Place::restart;
@@ -134,6 +144,11 @@ bool FrameAssembler::confirms_restart(std::uint32_t frame_number, std::uint32_t 
   behind_run_ = ascending ? behind_run_ + 1 : 1;
   behind_last_ = frame_number;
   return behind_run_ >= (frames_back > config_.reorder_window ? 2 : config_.late_frames_for_restart);
+}
+
+bool FrameAssembler::confirms_jump(std::uint32_t frame_number) {
+  const std::optional<std::uint32_t> last = std::exchange(ahead_last_, frame_number);
+  return last && frame_number != *last && frame_number - *last <= config_.reorder_window;
 }
 
 // Whether a datagram of the newest frame may join it; counts why not.

@@ -21,7 +21,8 @@ struct FrameAssemblerConfig {
   // A frame is handed on this long after its first datagram, complete or not.
   std::uint64_t deadline_ns = 4'000'000;
   // A frame number at most this far behind the newest is taken for a late datagram, until `late_frames_for_restart`
-  // ascending ones have come without a newer one between. Further behind, the second one is believed.
+  // ascending ones have come without a newer one between. Further behind, or as far ahead, the second one is believed:
+  // a single datagram that somebody else sent does not carry the stream away.
   std::uint32_t reorder_window = 64;  // frames
   std::uint32_t late_frames_for_restart = 8;
   // After a silence this long any frame number is followed at once.
@@ -35,6 +36,7 @@ enum class AssemblerEvent : std::uint8_t {
   late_datagrams,          // their frame had been handed on, or a newer one had begun
   inconsistent_datagrams,  // another stamp or part count than this frame's other datagrams
   restart_suspects,        // further behind than the reorder window, and not (yet) confirmed as a restart
+  jump_suspects,           // further ahead than the reorder window, and not (yet) confirmed by another
   duplicate_items,         // a name twice in one frame; the first stays
   overflowing_items,       // more items than a TrackerFrame holds
   frames_all_parts,        // handed on, by FrameCompletion
@@ -45,7 +47,7 @@ enum class AssemblerEvent : std::uint8_t {
   forward_jumps,   // longer gaps
   restarts,        // numbering followed backwards
 };
-inline constexpr std::size_t kAssemblerEventCount = 14;
+inline constexpr std::size_t kAssemblerEventCount = 15;
 
 const char* to_string(AssemblerEvent event);
 
@@ -74,10 +76,11 @@ class FrameAssembler {
   std::uint64_t count(AssemblerEvent event) const { return counts_[static_cast<std::size_t>(event)]; }
 
  private:
-  enum class Place { same, newer, late, far_behind, restart };
+  enum class Place { same, newer, late, far_behind, far_ahead, restart };
 
   Place place(std::uint32_t frame_number, std::uint64_t receive_ns);
   bool confirms_restart(std::uint32_t frame_number, std::uint32_t frames_back);
+  bool confirms_jump(std::uint32_t frame_number);
   bool admit_to_same(const TrackerDatagram& datagram);
   bool adds_nothing(const TrackerDatagram& datagram) const;
   void open(std::uint32_t frame_number, std::uint64_t receive_ns);
@@ -97,13 +100,14 @@ class FrameAssembler {
   LateMarkers late_;      // for the next frame that is handed on
   bool started_ = false;  // frame_ holds a frame at all
   bool open_ = false;
-  std::uint8_t part_count_ = 0;    // of frame_; 0 before a stamp item has come
-  std::bitset<256> parts_;         // of frame_, those that came
-  std::size_t markers_seen_ = 0;   // of config_.markers, in frame_
-  std::size_t objects_seen_ = 0;   // of config_.objects, in frame_
-  std::uint64_t progress_ns_ = 0;  // when a datagram last joined
-  std::uint32_t behind_run_ = 0;   // ascending older frame numbers since then
-  std::uint32_t behind_last_ = 0;  // the last of them
+  std::uint8_t part_count_ = 0;              // of frame_; 0 before a stamp item has come
+  std::bitset<256> parts_;                   // of frame_, those that came
+  std::size_t markers_seen_ = 0;             // of config_.markers, in frame_
+  std::size_t objects_seen_ = 0;             // of config_.objects, in frame_
+  std::uint64_t progress_ns_ = 0;            // when a datagram last joined
+  std::uint32_t behind_run_ = 0;             // ascending older frame numbers since then
+  std::uint32_t behind_last_ = 0;            // the last of them
+  std::optional<std::uint32_t> ahead_last_;  // the last frame number since then that was too far ahead
   std::array<TrackerFrame, 2> ready_;
   std::size_t ready_count_ = 0;
   std::array<std::uint64_t, kAssemblerEventCount> counts_{};

@@ -10,8 +10,9 @@ constexpr std::uint8_t kStampFlag = 0x01;
 constexpr std::uint8_t kTruthFlag = 0x01;
 
 constexpr std::array<const char*, kValidityReasonCount> kReasonNames{
-    "tracker_silent", "not_converged",  "diverged",      "no_markers",      "few_markers",       "markers_rejected",
-    "pad_missing",    "not_registered", "partial_frame", "deadline_missed", "inverted_elements", "model_mismatch"};
+    "tracker_silent",    "not_converged",  "diverged",       "no_markers",    "few_markers",
+    "markers_rejected",  "pad_missing",    "not_registered", "partial_frame", "deadline_missed",
+    "inverted_elements", "model_mismatch", "overloaded",     "step_braked"};
 
 bool read_target(ByteReader& reader, TargetPrediction& target) {
   target.index = reader.u16();

@@ -39,8 +39,10 @@ enum ValidityReason : std::uint16_t {
   kDeadlineMissed = 1 << 9,     // the step took longer than a frame
   kInvertedElements = 1 << 10,  // the mesh holds inverted elements
   kModelMismatch = 1 << 11,     // the alarm is raised: the assumed physics does not explain the markers
+  kOverloaded = 1 << 12,        // steps take too long: fewer iterations than configured, then fewer meshes
+  kStepBraked = 1 << 13,        // the step took so long that it was ended; its result was thrown away
 };
-inline constexpr std::size_t kValidityReasonCount = 12;
+inline constexpr std::size_t kValidityReasonCount = 14;
 
 // Name of bit `bit` (0 .. 15); "unknown" for a reserved one.
 const char* validity_reason_name(unsigned bit);

@@ -13,7 +13,7 @@ constexpr std::array<std::uint8_t, 8> kMagic{'T', 'S', 'U', 'D', 'R', 'E', 'C', 
 constexpr std::array<std::uint8_t, 4> kMarker{0xD5, 'R', 'E', 'C'};
 constexpr std::size_t kPrefix = 20;  // of a record: all before its body
 
-bool is_kind(std::uint8_t kind) { return kind >= 1 && kind <= 7; }
+bool is_kind(std::uint8_t kind) { return kind >= 1 && kind <= 8; }
 
 void write_checksum(ByteWriter& writer, std::span<const std::uint8_t> written) { writer.u32(crc32c(written)); }
 

@@ -39,6 +39,7 @@ enum class SessionRecordKind : std::uint8_t {
   deadline = 5,          // empty: a frame that was not complete was handed on at this time
   configuration = 6,     // a piece of the configuration's JSON, first of all records; its last piece is the shorter one
   end = 7,               // uint64: hash of the simulation's state, where the daemon ended as it should
+  part = 8,              // uint64: place among the files of one recording, from 2, of this one that goes on with it
 };
 
 // One record; the body lies in the bytes that were read.

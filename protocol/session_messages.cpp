@@ -1,5 +1,7 @@
 #include "protocol/session_messages.hpp"
 
+#include <algorithm>
+
 namespace tissued::protocol {
 
 namespace {
@@ -15,6 +17,12 @@ bool read_name(ByteReader& reader, Name& name) {
 bool read_kind(ByteReader& reader, NameKind& kind) {
   kind = static_cast<NameKind>(reader.u8());
   return kind <= NameKind::probe;
+}
+
+ClientRefusal read_cookie(ByteReader& reader, CookieBytes& cookie) {
+  const auto bytes = reader.bytes(cookie.size());
+  std::copy(bytes.begin(), bytes.end(), cookie.begin());
+  return ClientRefusal::none;
 }
 
 ClientRefusal value_gate(bool good) { return good ? ClientRefusal::none : ClientRefusal::bad_value; }
@@ -54,6 +62,8 @@ const char* to_string(ErrorReason reason) {
       return "too_many_clients";
     case ErrorReason::not_available:
       return "not_available";
+    case ErrorReason::address_unproven:
+      return "address_unproven";
   }
   return "unknown";
 }
@@ -136,12 +146,20 @@ ClientRefusal read_body(ByteReader&, Unsubscribe&) { return ClientRefusal::none;
 
 void write_body(ByteWriter&, const Unsubscribe&) {}
 
+ClientRefusal read_body(ByteReader& reader, ProveAddress& message) { return read_cookie(reader, message.cookie); }
+
+void write_body(ByteWriter& writer, const ProveAddress& message) { writer.bytes(message.cookie); }
+
+ClientRefusal read_body(ByteReader& reader, AddressProof& message) { return read_cookie(reader, message.cookie); }
+
+void write_body(ByteWriter& writer, const AddressProof& message) { writer.bytes(message.cookie); }
+
 ClientRefusal read_body(ByteReader& reader, Error& message) {
   message.reason = static_cast<ErrorReason>(reader.u8());
   message.refusal = static_cast<ClientRefusal>(reader.u8());
   message.request_type = reader.u8();
   const bool reserved_zero = reader.u8() == 0;
-  return value_gate(message.reason <= ErrorReason::not_available && message.refusal <= ClientRefusal::bad_value &&
+  return value_gate(message.reason <= ErrorReason::address_unproven && message.refusal <= ClientRefusal::bad_value &&
                     reserved_zero);
 }
 

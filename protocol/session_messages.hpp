@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "protocol/client_header.hpp"
@@ -78,11 +79,28 @@ struct Unsubscribe {
   static constexpr MessageType kType = MessageType::unsubscribe;
 };
 
+// What AddressCookie makes; zeros: none.
+using CookieBytes = std::array<std::uint8_t, 16>;
+
+// That whoever sends from this address receives there, too: a daemon that others than this machine reach without keys
+// answers nothing else before. First without a cookie, then with the one of the reply.
+struct ProveAddress {
+  static constexpr MessageType kType = MessageType::prove_address;
+  CookieBytes cookie{};
+};
+
+// As long as its question: zeros where the address is proven, else the cookie to show.
+struct AddressProof {
+  static constexpr MessageType kType = MessageType::address_proof;
+  CookieBytes cookie{};
+};
+
 enum class ErrorReason : std::uint8_t {
   refused = 0,           // the request did not pass a gate: see `refusal`
   not_a_request = 1,     // a message that only the daemon sends
   too_many_clients = 2,  // no room for another subscription
   not_available = 3,     // this daemon has no such thing, such as a mesh behind the simulator `rigid`
+  address_unproven = 4,  // see ProveAddress; sent only where the request was at least as long
 };
 
 const char* to_string(ErrorReason reason);
@@ -105,6 +123,8 @@ ClientRefusal read_body(ByteReader& reader, Names& message);
 ClientRefusal read_body(ByteReader& reader, Subscribe& message);
 ClientRefusal read_body(ByteReader& reader, SubscribeReply& message);
 ClientRefusal read_body(ByteReader& reader, Unsubscribe& message);
+ClientRefusal read_body(ByteReader& reader, ProveAddress& message);
+ClientRefusal read_body(ByteReader& reader, AddressProof& message);
 ClientRefusal read_body(ByteReader& reader, Error& message);
 void write_body(ByteWriter& writer, const Hello& message);
 void write_body(ByteWriter& writer, const HelloReply& message);
@@ -113,6 +133,8 @@ void write_body(ByteWriter& writer, const Names& message);
 void write_body(ByteWriter& writer, const Subscribe& message);
 void write_body(ByteWriter& writer, const SubscribeReply& message);
 void write_body(ByteWriter& writer, const Unsubscribe& message);
+void write_body(ByteWriter& writer, const ProveAddress& message);
+void write_body(ByteWriter& writer, const AddressProof& message);
 void write_body(ByteWriter& writer, const Error& message);
 
 }  // namespace tissued::protocol

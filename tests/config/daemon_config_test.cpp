@@ -17,8 +17,11 @@ namespace {
 
 const char* const kFullConfig = R"({
   "format": "tissued-config/1", "bundle": ".",
-  "tracker": {"address": "0.0.0.0", "port": 5000, "frame_deadline_ms": 12.5, "subject": "other"},
-  "clients": {"address": "::1", "port": 0, "max_subscribers": 3, "lease_s": 25},
+  "tracker": {"address": "0.0.0.0", "port": 5000, "frame_deadline_ms": 12.5, "subject": "other",
+              "peer": "192.168.7.1", "peer_port": 801},
+  "clients": {"address": "::1", "port": 0, "max_subscribers": 3, "lease_s": 25, "max_requests_per_s": 30,
+              "prove_addresses": true},
+  "insecure": true,
   "simulator": {"kind": "admm", "scheme": "algorithm-1", "iterations": 20, "tolerance": 0.01, "weight_scale": 2,
                 "threads": 1, "time_step": 0.005,
                 "pbd": {"particle_spacing": 4, "cluster_spacing": 9.6, "cluster_radius": 9, "cluster_stiffness": 0.4,
@@ -57,7 +60,12 @@ TEST_CASE("Every key of a configuration arrives in its struct") {
   CHECK(config.clients.address == "::1");
   CHECK(config.clients.port == 0);
   CHECK(config.clients.max_subscribers == 3);
+  CHECK(config.tracker.peer == "192.168.7.1");
+  CHECK(config.tracker.peer_port == 801);
   CHECK(config.clients.lease == 25s);
+  CHECK(config.clients.max_requests_per_s == 30);
+  CHECK(config.clients.prove_addresses);
+  CHECK(config.keys.empty());
   CHECK(config.simulator.kind == "admm");
   CHECK(config.simulator.solver.scheme == Scheme::algorithm_1);
   CHECK(config.simulator.solver.iterations == 20);
@@ -191,8 +199,9 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/bundle", "", "/bundle: is missing"},
       {"/bundle", "7", "/bundle: 7 is not a string"},
       {"/simulators", "{}",
-       "/simulators: unknown key; known are format, bundle, tracker, clients, model, simulator, material, gravity, "
-       "filter, fem, alarm, markers, registration, staleness, record, metrics, log and realtime"},
+       "/simulators: unknown key; known are format, bundle, tracker, clients, keys, insecure, model, simulator, "
+       "material, gravity, filter, fem, alarm, markers, registration, staleness, record, record_max_mb, metrics, log "
+       "and realtime"},
       {"/model", "3", "/model: 3 is not a string"},
       {"/tracker", "51001", "/tracker: 51001 is not an object"},
       {"/tracker/address", R"("localhost")", R"(/tracker/address: "localhost" is not an IPv4 or IPv6 address)"},
@@ -205,6 +214,14 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/tracker/frame_deadline_ms", "20",
        "/tracker/frame_deadline_ms: 20.0 is not below the frame period of the bundle, 20.0"},
       {"/tracker/subject", "3", "/tracker/subject: 3 is not a string or null"},
+      {"/tracker/peer", R"("vicon")", R"(/tracker/peer: "vicon" is not an IPv4 or IPv6 address)"},
+      {"/tracker/peer_port", "0", "/tracker/peer_port: 0 is below the minimum 1"},
+      {"/insecure", "false",
+       R"(/tracker/address: "0.0.0.0" can be reached by others than this machine: give a file of `keys`, or say )"
+       "`insecure` (--insecure) and believe anybody"},
+      {"/insecure", "1", "/insecure: 1 is not a boolean"},
+      {"/keys", "1", "/keys: 1 is not a string"},
+      {"/clients/max_requests_per_s", "0", "/clients/max_requests_per_s: 0 is below the minimum 1"},
       {"/clients/address", R"("")", R"(/clients/address: "" is not an IPv4 or IPv6 address)"},
       {"/clients/port", "1e9", "/clients/port: 1000000000.0 is not an integer"},
       {"/clients/max_subscribers", "0", "/clients/max_subscribers: 0 is below the minimum 1"},
@@ -253,6 +270,7 @@ TEST_CASE("Every bad value of a configuration is refused with key, value and lim
       {"/staleness/stale_after_ms", "0", "/staleness/stale_after_ms: 0 is below the minimum 1"},
       {"/staleness/stale_after_ms", "501", "/staleness/lost_after_ms: 500.0 is below stale_after_ms 501.0"},
       {"/staleness/lost_after_ms", "49", "/staleness/lost_after_ms: 49.0 is below stale_after_ms 50.0"},
+      {"/record_max_mb", "0", "/record_max_mb: 0 is below the minimum 0.1"},
       {"/metrics/port", "65536", "/metrics/port: 65536 is above the maximum 65535"},
       {"/log/level", R"("loud")",
        R"(/log/level: "loud" is not one of "trace", "debug", "info", "warn", "error", "critical" or "off")"},
@@ -286,6 +304,43 @@ TEST_CASE("Overrides of a configuration pass its checks") {
   const std::string line = "--set simulator.iterations=0: /simulator/iterations: 0 is below the minimum 1";
   CHECK(refusal([&] { load_daemon_config(path, bad); }) == line);
   CHECK(refusal([&] { config_for_bundle(folder.path(), bad); }) == line);
+}
+
+TEST_CASE("Beyond this machine there must be keys, or it must be said that there are none") {
+  const BundleFolder folder;
+  const std::string client_key = "watcher client 000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n";
+  const std::string tracker_key = "vicon tracker 100102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n";
+  const auto write_keys = [&](const std::string& text) {
+    const auto path = folder.write("keys", text);
+    std::filesystem::permissions(path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+    return "keys=" + path.string();
+  };
+  const auto load = [&](const Names& overrides) { return config_for_bundle(folder.path(), overrides); };
+  CHECK_FALSE(load({}).clients.prove_addresses);
+  for (const char* open : {"clients.address=0.0.0.0", "tracker.address=::", "clients.address=10.0.0.1"}) {
+    CAPTURE(open);
+    CHECK_THROWS_WITH(load({open}), Catch::Contains("can be reached by others than this machine"));
+    CHECK_NOTHROW(load({open, "insecure=true"}));
+    CHECK_NOTHROW(load({open, write_keys(client_key + tracker_key)}));
+  }
+  CHECK_NOTHROW(load({"clients.address=127.1.2.3"}));
+  CHECK_NOTHROW(load({"clients.address=::1"}));
+  CHECK(load({"clients.address=0.0.0.0", "insecure=true"}).clients.prove_addresses);
+
+  const DaemonConfig sealed = load({"clients.address=0.0.0.0", write_keys(client_key + tracker_key)});
+  CHECK_FALSE(sealed.clients.prove_addresses);
+  REQUIRE(sealed.keys.size() == 2);
+  CHECK(sealed.keys[1].name == "vicon");
+  CHECK_THROWS_WITH(load({write_keys(client_key)}), Catch::Contains("/keys: none of the keys is a tracker's"));
+  CHECK_NOTHROW(load({write_keys(client_key), "tracker.peer=10.0.0.2"}));
+  CHECK_THROWS_WITH(load({write_keys(client_key + tracker_key), "clients.max_subscribers=49"}),
+                    Catch::Contains("/clients/max_subscribers: 49 is more than there is room for with keys, 48"));
+  CHECK_THROWS_WITH(load({"keys=" + (folder.path() / "none").string()}), Catch::Contains("none"));
+
+  // What a recording keeps can be read wherever it is replayed: nothing listens there.
+  const DaemonConfig repeated = config_from_text(sealed.document, "recording");
+  CHECK(repeated.keys.empty());
+  CHECK(repeated.clients.address == "127.0.0.1");
 }
 
 TEST_CASE("A simulation pinned to one CPU has one thread, unless nothing is pinned") {

@@ -119,10 +119,16 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
                       config.tracker.port,
                       config.tracker.frame_deadline.count(),
                       config.tracker.subject,
+                      config.tracker.peer,
+                      config.tracker.peer_port,
                       config.clients.address,
                       config.clients.port,
                       config.clients.max_subscribers,
                       config.clients.lease.count(),
+                      config.clients.max_requests_per_s,
+                      config.clients.prove_addresses,
+                      config.keys.size(),
+                      config.record_max_bytes,
                       config.metrics.port.has_value(),
                       s.kind,
                       static_cast<int>(s.solver.scheme),
@@ -187,7 +193,7 @@ TEST_CASE("Every default in a schema fits it, and is what a key left out means")
     const std::string key = std::regex_replace(place, std::regex("/properties"), "");
     CHECK(described(with(kConfig, key, node["default"].dump())) == left_out);
   });
-  CHECK(defaults == 64);
+  CHECK(defaults == 70);
 }
 
 TEST_CASE("The simulators that the schema offers are those that core makes") {

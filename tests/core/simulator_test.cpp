@@ -1,5 +1,9 @@
 // The simulators admm and kf-admm as whoever steps them sees them.
+#include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <string>
+#include <thread>
 
 #include "core/admm_simulator.hpp"
 #include "core/static_solve.hpp"
@@ -208,6 +212,54 @@ TEST_CASE("a pad that jumps is ramped and arrives, and nothing stays inverted", 
   CHECK(report.converged);
   CHECK(report.inverted == 0);
   CHECK(inverted_elements(scene, simulator->positions()) == 0);
+}
+
+TEST_CASE("a braked step gives no answer, and goes on from the last one as if it had not begun", "[simulator]") {
+  const Scene scene = box_scene({4, 3, 5, 10.0});
+  const std::string kind = GENERATE("admm", "kf-admm");
+  std::atomic<std::uint64_t> pulled_for{0};
+  const auto run = [&](bool from_the_start) {
+    SimulatorOptions options = options_of(kind);
+    options.solver.iterations = from_the_start ? 10 : 100000;  // of the braked step: no end by itself
+    const auto simulator = make_simulator(scene, options);
+    Observation observation = rest_observation(scene);
+    push(observation, scene, 0, Vec3(0, 0, -2.0));
+    observation.max_iterations = 10;
+    for (int frame = 0; frame < 20; ++frame) REQUIRE(simulator->step(observation).finite);
+    const NodeField before = simulator->positions();
+
+    push(observation, scene, 0, Vec3(0, 0, -4.0));
+    observation.max_iterations = 0;
+    observation.brake = {&pulled_for, 7};
+    pulled_for = from_the_start ? 7 : 0;
+    std::thread other([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      pulled_for = 7;
+    });
+    const StepReport braked = simulator->step(observation);
+    other.join();
+    CHECK(braked.braked);
+    CHECK_FALSE(braked.finite);
+    CHECK((braked.iterations == 0) == from_the_start);
+    CHECK(simulator->positions() == before);
+
+    observation.max_iterations = 10;
+    observation.brake.step = 8;  // pulled for an earlier one
+    for (int frame = 0; frame < 20; ++frame) REQUIRE(simulator->step(observation).finite);
+    return simulator->state_hash();
+  };
+  CHECK(run(true) == run(false));
+}
+
+TEST_CASE("fewer iterations are taken where a step is allowed fewer", "[simulator]") {
+  const Scene scene = box_scene(kSmall);
+  const auto simulator = make_simulator(scene, options_of("kf-admm"));
+  Observation observation = rest_observation(scene);
+  CHECK(simulator->step(observation).iterations == 10);
+  observation.max_iterations = 3;
+  CHECK(simulator->step(observation).iterations == 3);
+  observation.max_iterations = 30;
+  CHECK(simulator->step(observation).iterations == 10);
 }
 
 TEST_CASE("an inverted body recovers", "[simulator]") {

@@ -51,10 +51,22 @@ class FakeSimulator : public tissued::core::Simulator {
   }
 
   const tissued::core::Scene& scene() const override { return scene_; }
-  void reset() override { positions_ = rest_; }
+  void reset() override {
+    positions_ = rest_;
+    shift_.setZero();
+    ++resets;
+  }
 
   tissued::core::StepReport step(const tissued::core::Observation& observation) noexcept override {
     while (stuck) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (endless) {
+      while (!observation.brake.pulled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      endless = false;
+      tissued::core::StepReport braked;
+      braked.finite = false;
+      braked.braked = true;
+      return braked;
+    }
     if (const int delay = delay_ms; delay > 0) std::this_thread::sleep_for(std::chrono::milliseconds(delay));
     ++steps;
     tissued::core::StepReport report;
@@ -98,8 +110,10 @@ class FakeSimulator : public tissued::core::Simulator {
     return observations_;
   }
 
-  std::atomic<bool> stuck{false};  // a step does not end before this does
+  std::atomic<bool> stuck{false};    // a step does not end before this does
+  std::atomic<bool> endless{false};  // the next step does not end before it is braked
   std::atomic<int> delay_ms{0};
+  std::atomic<int> resets{0};
   std::atomic<int> steps{0};
   std::atomic<int> rejected{0};
   std::atomic<int> too_late{0};  // of the markers observed

@@ -298,6 +298,19 @@ TEST_CASE("A step that is not finite holds the last good answer") {
   CHECK(bench.answer.tracker_frame == 3);
 }
 
+TEST_CASE("A simulation lost in space is brought back to rest, and its answer is not given") {
+  Bench bench;
+  bench.process(rest_frame(1));
+  FrameBuilder lost(2);
+  lost.stamp(20 * kMs).marker("M1", Vec3(1e5, 0, 40));
+  const Answer& held = bench.process(lost);
+  CHECK((held.reasons & ValidityReason::kDiverged) != 0);
+  CHECK(held.tracker_frame == 1);
+  CHECK(bench.simulator.resets == 1);
+  CHECK(bench.counters[Count::steps_not_finite] == 1);
+  CHECK(bench.process(rest_frame(3)).reasons == 0);
+}
+
 TEST_CASE("A tracker that changed its rate gets another time step, a refusal is counted and survived") {
   Bench bench;
   const bool refused = GENERATE(false, true);

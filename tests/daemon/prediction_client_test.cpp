@@ -34,7 +34,7 @@ FakeDaemonScript with_mesh(int nodes, int tets) {
 
 TEST_CASE("A daemon introduces itself") {
   const FakeDaemon daemon({});
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   CHECK(client.hello().version.view() == "9.9.9");
 }
 
@@ -43,13 +43,13 @@ TEST_CASE("A table of names comes in pieces, some of which are lost") {
   script.targets = many_names("T", 130);  // three datagrams
   script.loses = [](std::uint64_t datagram) { return datagram == 1 || datagram == 3; };
   const FakeDaemon daemon(script);
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   CHECK(client.names(protocol::NameKind::target) == script.targets);
 }
 
 TEST_CASE("An empty table of names is an answer") {
   const FakeDaemon daemon({});
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   CHECK(client.names(protocol::NameKind::marker).empty());
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("A mesh is put together from chunks, the first tries of which are inco
   FakeDaemonScript script = with_mesh(700, 500);
   script.loses = [](std::uint64_t datagram) { return datagram < 30 && datagram % 4 == 2; };
   const FakeDaemon daemon(script);
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   const ReceivedMesh snapshot = client.mesh(protocol::Precision::float64);
   CHECK(snapshot.nodes == script.nodes);
   CHECK(snapshot.tracker_frame == 5);
@@ -67,7 +67,7 @@ TEST_CASE("A mesh is put together from chunks, the first tries of which are inco
 TEST_CASE("A mesh in float32 is right to float32") {
   const FakeDaemonScript script = with_mesh(250, 1);
   const FakeDaemon daemon(script);
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   const auto nodes = client.mesh(protocol::Precision::float32).nodes;
   REQUIRE(nodes.size() == 250);
   CHECK(nodes[249][0] == Approx(24.9).epsilon(1e-6));
@@ -77,7 +77,7 @@ TEST_CASE("Half of a daemon's datagrams may be lost") {
   FakeDaemonScript script;
   script.loses = [](std::uint64_t datagram) { return datagram % 2 == 0; };
   const FakeDaemon daemon(script);
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   CHECK(client.hello().model.view() == "fake");
   const DaemonStatus status = client.status();
   REQUIRE(status.counters.size() == 1);
@@ -91,7 +91,7 @@ TEST_CASE("A daemon that is not there is said to be not there") {
     const FakeDaemon daemon({});
     gone = daemon.clients();
   }
-  PredictionClient client(gone, {std::chrono::milliseconds(5), 3});
+  PredictionClient client(gone, {}, {std::chrono::milliseconds(5), 3});
   CHECK_THROWS_WITH(client.hello(), Catch::Contains("no answer from " + to_string(gone)));
 }
 
@@ -99,7 +99,7 @@ TEST_CASE("An answer that never comes in full is said to be incomplete") {
   FakeDaemonScript script = with_mesh(700, 1);
   script.loses = [](std::uint64_t datagram) { return datagram % 13 == 5; };  // 13 datagrams: always the same is lost
   const FakeDaemon daemon(script);
-  PredictionClient client(daemon.clients(), {std::chrono::milliseconds(20), 3});
+  PredictionClient client(daemon.clients(), {}, {std::chrono::milliseconds(20), 3});
   CHECK_THROWS_WITH(client.mesh(protocol::Precision::float64), Catch::Contains("never came in full"));
 }
 
@@ -107,13 +107,13 @@ TEST_CASE("A refusal is an error with its reason") {
   FakeDaemonScript script;
   script.mesh_not_available = true;
   const FakeDaemon daemon(script);
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   CHECK_THROWS_AS(client.mesh(protocol::Precision::float32), RequestRefused);
 }
 
 TEST_CASE("A subscription streams an answer to every frame") {
   const FakeDaemon daemon({});
-  PredictionClient client(daemon.clients(), kQuick);
+  PredictionClient client(daemon.clients(), {}, kQuick);
   Subscription subscription(client, protocol::kTargets, 0.0);
   const auto granted = subscription.receive(monotonic_ns() + 1'000'000'000);
   REQUIRE(granted);

@@ -8,6 +8,7 @@
 #include "core/simulator.hpp"
 #include "daemon/runtime.hpp"
 #include "daemon/scene_loader.hpp"
+#include "daemon/session_recorder.hpp"
 #include "protocol/file_content.hpp"
 #include "tests/daemon/cube_bundle.hpp"
 #include "tests/daemon/loopback_peers.hpp"
@@ -157,6 +158,30 @@ TEST_CASE("A recorded run is repeated bit for bit, incomplete frames and all") {
     std::ofstream(moved / "bundle.json", std::ios::app) << "\n";
     CHECK_THROWS_WITH(replay(config.record, moved), Catch::Contains("not the bundle"));
   }
+}
+
+TEST_CASE("A recording of several files is repeated as one") {
+  const TemporaryFolder folder;
+  config::DaemonConfig config = config_of(write_cube_bundle(folder), folder.path() / "live.rec");
+  config.record_max_bytes = 20000;
+  const std::uint64_t state = record(config);
+  std::size_t parts = 1;
+  while (std::filesystem::exists(part_of_recording(config.record, parts + 1))) ++parts;
+  CHECK(parts > 3);
+  CHECK(std::filesystem::file_size(part_of_recording(config.record, 2)) >= 20000);
+  const ReplayReport report = replay(config.record);
+  CHECK(report.steps > 100);
+  CHECK(report.equal == report.steps);
+  CHECK(report.state_hash == state);
+  CHECK(report.is_same());
+
+  // The last is of another recording; and without the second, the rest is not there.
+  const auto other = config_of(folder.path(), folder.path() / "other.rec");
+  record(other);
+  std::filesystem::copy_file(other.record, part_of_recording(config.record, parts + 1));
+  CHECK_THROWS_WITH(replay(config.record), Catch::Contains("belongs to another recording than"));
+  std::filesystem::remove(part_of_recording(config.record, 2));
+  CHECK_THROWS_WITH(replay(config.record), Catch::Contains("live.2.rec: is missing of the recording"));
 }
 
 TEST_CASE("What is no recording cannot be replayed") {

@@ -261,9 +261,19 @@ TEST_CASE("tissued warns aloud where more than this machine can reach it") {
   const TemporaryFolder folder;
   const std::string bundle = write_cube_bundle(folder);
   ChildProgram program(TISSUED_BINARY, {"--bundle", bundle, "--tracker-port", "0", "--client-port", "0", "--set",
-                                        "clients.address=0.0.0.0"});
+                                        "clients.address=0.0.0.0", "--insecure"});
   read_ports(program);
   program.signal(SIGTERM);
   CHECK(program.wait() == 0);
-  CHECK_THAT(program.rest_of_stderr(), Contains("clients") && Contains("0.0.0.0") && Contains("ANYBODY"));
+  CHECK_THAT(program.rest_of_stderr(), Contains("clients") && Contains("0.0.0.0") && Contains("WHOEVER"));
+}
+
+TEST_CASE("tissued does not start where more than this machine can reach it, unless there are keys or it is told to") {
+  const TemporaryFolder folder;
+  const std::string bundle = write_cube_bundle(folder);
+  ChildProgram program(TISSUED_BINARY, {"--bundle", bundle, "--tracker-port", "0", "--client-port", "0", "--set",
+                                        "tracker.address=0.0.0.0"});
+  CHECK(program.wait() == 2);
+  CHECK_THAT(program.rest_of_stderr(), Contains("--set tracker.address=0.0.0.0") && Contains("/tracker/address") &&
+                                           Contains("give a file of `keys`, or say `insecure`"));
 }

@@ -111,7 +111,7 @@ TEST_CASE("values beyond their limits are refused: answers about the session") {
   check_all(kNames, {{28, {6, 0}}, {26, {8, 0}}}, ClientRefusal::none);
   check_all(kSubscribeReply, {{24, {16}}, {25, {1}}, {26, {0x11, 0x0E}}, {28, kMinusOne}}, ClientRefusal::bad_value);
   check_all(kSubscribeReply, {{24, {0}}}, ClientRefusal::none);
-  check_all(kError, {{24, {4}}, {25, {11}}, {27, {1}}}, ClientRefusal::bad_value);
+  check_all(kError, {{24, {5}}, {25, {11}}, {27, {1}}}, ClientRefusal::bad_value);
 }
 
 TEST_CASE("values beyond their limits are refused: predictions") {

@@ -192,7 +192,7 @@ TEST_CASE("every corrupted header byte of every message is refused by its name")
         } else if (offset == 4) {
           CHECK(refusal == ClientRefusal::bad_version);
         } else if (offset == 5) {
-          const bool known = (value >= 0x01 && value <= 0x09) || (value >= 0x81 && value <= 0x88) || value == 0xFF;
+          const bool known = (value >= 0x01 && value <= 0x0A) || (value >= 0x81 && value <= 0x89) || value == 0xFF;
           CHECK((refusal == ClientRefusal::unknown_type) == !known);
         } else if (offset < 8) {
           CHECK(refusal == ClientRefusal::unknown_flags);

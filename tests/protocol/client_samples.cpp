@@ -1,5 +1,6 @@
 #include "tests/protocol/client_samples.hpp"
 
+#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -137,6 +138,12 @@ ProbeView probe_view() {
   return message;
 }
 
+CookieBytes cookie(std::uint8_t first) {
+  CookieBytes bytes;
+  std::iota(bytes.begin(), bytes.end(), first);
+  return bytes;
+}
+
 }  // namespace
 
 std::vector<Sample> client_samples() {
@@ -159,7 +166,9 @@ std::vector<Sample> client_samples() {
                                       SubscribeReply{kMesh, Precision::float32, 0, 0.5},
                                       Error{ErrorReason::refused, ClientRefusal::unknown_type, 0x7E},
                                       QueryProbes{},
-                                      probe_view()};
+                                      probe_view(),
+                                      ProveAddress{cookie(0x10)},
+                                      AddressProof{cookie(0xA0)}};
   std::vector<Sample> samples;
   for (std::uint32_t i = 0; i < messages.size(); ++i) {
     samples.push_back({{0xA0B0C0D0 + i, 0x01020304 + i, 0x10203040 + i}, std::move(messages[i])});

@@ -303,9 +303,24 @@ TEST_CASE("frames passed over are counted, a long gap as one jump") {
   CHECK(stream.count(AssemblerEvent::frames_missing) == 2);
   CHECK(stream.add(stamped(4 + 65)) == Numbers{69});
   CHECK(stream.count(AssemblerEvent::frames_missing) == 2 + 64);
-  CHECK(stream.add(stamped(69 + 66)) == Numbers{135});
+  CHECK(stream.add(stamped(69 + 66)).empty());
+  CHECK(stream.add(stamped(69 + 67)) == Numbers{136});
   CHECK(stream.count(AssemblerEvent::frames_missing) == 2 + 64);
   CHECK(stream.count(AssemblerEvent::forward_jumps) == 1);
+}
+
+TEST_CASE("one stray datagram from far ahead is not followed, however often it comes") {
+  Stream stream;
+  stream.add(stamped(1000));
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    CHECK(stream.add(stamped(50000)).empty());
+    CHECK(stream.add(stamped(50000)).empty());
+    CHECK(stream.add(stamped(1001 + i)) == Numbers{1001 + i});
+    CHECK(stream.add(stamped(50001)).empty());  // the stream went on in between
+    CHECK(stream.add(stamped(40000)).empty());  // descending
+  }
+  CHECK(stream.count(AssemblerEvent::jump_suspects) == 20);
+  CHECK(stream.count(AssemblerEvent::forward_jumps) == 0);
 }
 
 TEST_CASE("wrap-around of the frame number is a step like any other") {

@@ -80,6 +80,7 @@ File sample() {
                                                              {SessionRecordKind::lost, {7, 0, 0, 0, 0, 0, 0, 0}},
                                                              {SessionRecordKind::deadline, {}},
                                                              {SessionRecordKind::configuration, {'{', '}'}},
+                                                             {SessionRecordKind::part, {2, 0, 0, 0, 0, 0, 0, 0}},
                                                              {SessionRecordKind::end, {1, 2, 3, 4, 5, 6, 7, 8}}};
   std::uint64_t stamp = 7'000'000'000;
   for (const auto& [kind, body] : all) {

@@ -59,6 +59,8 @@ def client_bodies():
     yield 0xFF, struct.pack("<BBBB", 0, 6, 0x7E, 0)
     yield 0x09, b""
     yield 0x88, probe_view()
+    yield 0x0A, bytes(range(0x10, 0x20))
+    yield 0x89, bytes(range(0xA0, 0xB0))
 
 
 def alarm(frame, nanoseconds, level, misfit, place):
