@@ -17,7 +17,7 @@ namespace tissued::daemon {
 enum class Count : std::uint8_t {
   tracker_datagrams,    ///< received, whatever became of them
   foreign_datagrams,    ///< tracker datagrams from elsewhere than the stream's source, see SourcePin
-  kernel_drops,         ///< tracker datagrams lost because the socket's buffer was full
+  kernel_drops,         ///< tracker datagrams dropped by the kernel: the socket was full, or others were shut out
   unknown_items,        ///< items of an id that the tracker's protocol does not define
   frames_stepped,       ///< tracker frames that the simulation took
   frames_skipped,       ///< frames for which it had no time: a newer one was there

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <boost/system/error_code.hpp>
 #include <cstddef>
 #include <new>
+#include <utility>
 
 namespace tissued::daemon {
 
@@ -46,5 +48,18 @@ class HandlerAllocator {
   friend class HandlerAllocator;
   HandlerMemory* memory_;
 };
+
+/// `function`, called as a handler with one error_code, that Asio keeps there. The memory must outlive it.
+template <typename Function>
+auto remembered(HandlerMemory& memory, Function function) {
+  struct Handler {
+    using allocator_type = HandlerAllocator<std::byte>;
+    Function function;
+    HandlerMemory* memory;
+    allocator_type get_allocator() const { return allocator_type(*memory); }
+    void operator()(const boost::system::error_code& error) { function(error); }
+  };
+  return Handler{std::move(function), &memory};
+}
 
 }  // namespace tissued::daemon

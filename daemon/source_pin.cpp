@@ -1,5 +1,7 @@
 #include "daemon/source_pin.hpp"
 
+#include <utility>
+
 namespace tissued::daemon {
 
 namespace {
@@ -23,12 +25,12 @@ bool SourcePin::is_peer(const Endpoint& from) const {
 }
 
 bool SourcePin::continues(const Endpoint& from, std::uint64_t now_ns) const {
-  return !pinned_ || *pinned_ == from || now_ns >= heard_ns_ + silence_ns_;
+  return !pinned_ || *pinned_ == from || now_ns >= free_ns();
 }
 
-void SourcePin::note(const Endpoint& from, std::uint64_t now_ns) {
-  pinned_ = from;
+bool SourcePin::note(const Endpoint& from, std::uint64_t now_ns) {
   heard_ns_ = now_ns;
+  return std::exchange(pinned_, from) != from;
 }
 
 }  // namespace tissued::daemon

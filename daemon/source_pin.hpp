@@ -25,8 +25,10 @@ class SourcePin {
   bool is_peer(const Endpoint& from) const;
   /// Whether the stream may go on from there. now_ns: monotonic clock.
   bool continues(const Endpoint& from, std::uint64_t now_ns) const;
-  /// A good datagram has come from there.
-  void note(const Endpoint& from, std::uint64_t now_ns);
+  /// A good datagram has come from there. Whether it is another source than before.
+  bool note(const Endpoint& from, std::uint64_t now_ns);
+  /// When the stream will have been silent for so long that anybody's may begin.
+  std::uint64_t free_ns() const { return heard_ns_ + silence_ns_; }
 
  private:
   boost::asio::ip::address peer_;  // unspecified: any

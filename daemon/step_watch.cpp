@@ -19,12 +19,13 @@ void StepWatch::on_submitted() {
 void StepWatch::look_in(std::uint64_t wait_ns) {
   watching_ = true;
   timer_.expires_after(std::chrono::nanoseconds(wait_ns));
-  timer_.async_wait(Look{this});
+  timer_.async_wait(remembered(memory_, [this](const boost::system::error_code& error) {
+    watching_ = false;
+    if (!error) look();
+  }));
 }
 
-void StepWatch::look(const boost::system::error_code& error) {
-  watching_ = false;
-  if (error) return;
+void StepWatch::look() {
   const std::uint64_t now_ns = monotonic_ns();
   const std::uint64_t began_ns = simulation_.brake_step(now_ns - std::min(now_ns, longest_ns_));
   if (began_ns == 0) return;

@@ -2,7 +2,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <cstddef>
 #include <cstdint>
 
 #include "daemon/handler_memory.hpp"
@@ -22,14 +21,8 @@ class StepWatch {
   void on_submitted();
 
  private:
-  struct Look {
-    using allocator_type = HandlerAllocator<std::byte>;
-    StepWatch* watch;
-    allocator_type get_allocator() const { return allocator_type(watch->memory_); }
-    void operator()(const boost::system::error_code& error) const { watch->look(error); }
-  };
   void look_in(std::uint64_t wait_ns);
-  void look(const boost::system::error_code& error);
+  void look();
 
   HandlerMemory memory_;
   boost::asio::steady_timer timer_;

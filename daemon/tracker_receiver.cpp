@@ -6,6 +6,7 @@
 
 #include "daemon/bound_socket.hpp"
 #include "daemon/monotonic_clock.hpp"
+#include "daemon/source_filter.hpp"
 #include "daemon/stamped_receive.hpp"
 
 namespace tissued::daemon {
@@ -23,6 +24,7 @@ TrackerReceiver::TrackerReceiver(boost::asio::io_context& context, const config:
                                  Counters& counters, OnFrame on_frame, SessionRecorder* recorder)
     : socket_(bind_udp(context, "tracker", config.tracker.address, config.tracker.port)),
       deadline_(context),
+      silence_(context),
       port_(socket_.local_endpoint().port()),
       counters_(counters),
       on_frame_(std::move(on_frame)),
@@ -85,9 +87,27 @@ void TrackerReceiver::take(std::span<const std::uint8_t> bytes, const udp::endpo
   if (recorder_ != nullptr) recorder_->add_tracker(receive_ns, *datagram);
   keep_newest(joiner_.add(*datagram, receive_ns));
   counters_.add(joiner_.refusal());
-  if (joiner_.refusal() == protocol::TrackerRefusal::none) pin_.note(from, receive_ns);
+  if (joiner_.refusal() == protocol::TrackerRefusal::none && (pin_.note(from, receive_ns) || !others_shut_out_))
+    shut_others_out(from);
   if (const int skipped = joiner_.skipped_items(); skipped > 0)
     counters_.add(Count::unknown_items, static_cast<std::uint64_t>(skipped));
+}
+
+// A flood from elsewhere must not take the stream's room in the socket; until it is silent, and another may begin.
+void TrackerReceiver::shut_others_out(const udp::endpoint& from) {
+  admit_only(socket_.native_handle(), from);  // where the kernel does not, pin_ does
+  others_shut_out_ = true;
+  watch_silence();
+}
+
+void TrackerReceiver::watch_silence() {
+  silence_.expires_at(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(pin_.free_ns())));
+  silence_.async_wait(remembered(silence_memory_, [this](const boost::system::error_code& error) {
+    if (error) return;
+    if (monotonic_ns() < pin_.free_ns()) return watch_silence();
+    admit_all(socket_.native_handle());
+    others_shut_out_ = false;
+  }));
 }
 
 void TrackerReceiver::keep_newest(std::span<const protocol::TrackerFrame> frames) {

@@ -14,6 +14,7 @@
 #include "config/daemon_config.hpp"
 #include "daemon/counters.hpp"
 #include "daemon/frame_joiner.hpp"
+#include "daemon/handler_memory.hpp"
 #include "daemon/rate_meter.hpp"
 #include "daemon/sealed_port.hpp"
 #include "daemon/session_recorder.hpp"
@@ -51,9 +52,14 @@ class TrackerReceiver {
   void keep_newest(std::span<const protocol::TrackerFrame> frames);
   void hand_on();
   void watch_deadline();
+  void shut_others_out(const boost::asio::ip::udp::endpoint& from);
+  void watch_silence();
 
   boost::asio::ip::udp::socket socket_;
   boost::asio::steady_timer deadline_;
+  boost::asio::steady_timer silence_;
+  HandlerMemory silence_memory_;
+  bool others_shut_out_ = false;
   std::uint16_t port_ = 0;
   Counters& counters_;
   OnFrame on_frame_;

@@ -9,8 +9,10 @@
 #include <thread>
 #include <vector>
 
+#include "daemon/bound_socket.hpp"
 #include "daemon/monotonic_clock.hpp"
 #include "daemon/prediction_client.hpp"
+#include "daemon/source_filter.hpp"
 #include "daemon/subscription.hpp"
 #include "daemon/tracker_sender.hpp"
 #include "protocol/sealed_contact.hpp"
@@ -260,14 +262,45 @@ TEST_CASE("A second tracker's frames are not mixed with the first one's, and are
     first.send(frame_with_shift(2 * i, 0.5).frame);
     second.send(frame_with_shift(2 * i + 1, 30.0).frame);
   }
-  CHECK(eventually([&] { return daemon.count(Count::tracker_datagrams) == 10; }));
-  CHECK(daemon.count(Count::foreign_datagrams) == 5);
-  CHECK(daemon.count(protocol::TrackerRefusal::none) == 5);
+  CHECK(eventually([&] { return daemon.count(protocol::TrackerRefusal::none) == 5; }));
+  CHECK(daemon.count(Count::tracker_datagrams) == 5 + daemon.count(Count::foreign_datagrams));
   std::this_thread::sleep_for(500ms);
   second.send(frame_with_shift(12, 30.0).frame);
   CHECK(eventually([&] { return daemon.count(protocol::TrackerRefusal::none) == 6; }));
   first.send(frame_with_shift(13, 0.5).frame);
-  CHECK(eventually([&] { return daemon.count(Count::foreign_datagrams) == 6; }));
+  std::this_thread::sleep_for(50ms);
+  CHECK(daemon.count(protocol::TrackerRefusal::none) == 6);
+}
+
+TEST_CASE("A flood from elsewhere takes no room in the stream's socket") {
+  const auto address = GENERATE("127.0.0.1", "::1", "::");
+  boost::asio::io_context context;
+  using boost::asio::ip::udp;
+  auto socket = bind_udp(context, "test", address, 0);
+  const std::uint16_t port = socket.local_endpoint().port();
+  const bool v6 = std::string(address) == "::1";
+  const auto target = udp::endpoint(boost::asio::ip::make_address(v6 ? "::1" : "127.0.0.1"), port);
+  udp::socket stream(context, target.protocol()), flood(context, target.protocol());
+  const std::array<std::uint8_t, 3> bytes{1, 2, 3};
+  stream.send_to(boost::asio::buffer(bytes), target);
+  udp::endpoint from;
+  std::array<std::uint8_t, 8> buffer{};
+  REQUIRE(socket.receive_from(boost::asio::buffer(buffer), from) == 3);
+  REQUIRE(admit_only(socket.native_handle(), from));
+  const auto waiting = [&] {
+    std::size_t count = 0;
+    boost::system::error_code error;
+    udp::endpoint ignored;
+    while (socket.receive_from(boost::asio::buffer(buffer), ignored, 0, error) == 3 && !error) ++count;
+    return count;
+  };
+  for (int i = 0; i < 1000; ++i) flood.send_to(boost::asio::buffer(bytes), target);
+  stream.send_to(boost::asio::buffer(bytes), target);
+  CHECK(waiting() == 1);
+  admit_all(socket.native_handle());
+  flood.send_to(boost::asio::buffer(bytes), target);
+  stream.send_to(boost::asio::buffer(bytes), target);
+  CHECK(waiting() == 2);
 }
 
 TEST_CASE("What is no tracker's datagram does not win the stream") {
