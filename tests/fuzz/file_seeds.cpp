@@ -40,5 +40,11 @@ int main(int argc, char** argv) {
   write(folder / "nexus_csv", {kExport});
   write(folder / "c3d",
         {small_c3d_file(Machine::intel).content(), small_c3d_file(Machine::dec).content(), integer_c3d()});
+  write(folder / "config",
+        {R"({"format": "tissued-config/1", "bundle": "demo", "tracker": {"port": 51001, "frame_deadline_ms": null},
+             "simulator": {"kind": "kf-admm", "iterations": 10}, "gravity": [0, 0, -9810], "markers": ["M1"]})",
+         tissued::protocol::read_file_content(TISSUED_DEMO_BUNDLE)});
+  const std::string digits = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f";
+  write(folder / "key_file", {"# who may speak\nvicon tracker " + digits + "\n", "a both " + digits});
   return 0;
 }

@@ -53,7 +53,8 @@ class Receiver {
     ++accepted_;
     check_frames(assembler_.add(datagram, now_ns));
     promise(sum({AssemblerEvent::datagrams_joined, AssemblerEvent::duplicate_datagrams, AssemblerEvent::late_datagrams,
-                 AssemblerEvent::inconsistent_datagrams, AssemblerEvent::restart_suspects}) == accepted_,
+                 AssemblerEvent::inconsistent_datagrams, AssemblerEvent::restart_suspects,
+                 AssemblerEvent::jump_suspects}) == accepted_,
             "every datagram is counted once");
     promise(sum({AssemblerEvent::frames_all_names, AssemblerEvent::frames_all_parts, AssemblerEvent::frames_deadline,
                  AssemblerEvent::frames_superseded}) == frames_,

@@ -1,14 +1,16 @@
 // Writes the seeds of the datagram fuzzers: FOLDER/client_messages/*, FOLDER/tracker_stream/*, FOLDER/session_file/*
-// and FOLDER/sealed_ends/*.
+// FOLDER/sealed_datagram/* and FOLDER/sealed_ends/*.
 
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "protocol/bytes.hpp"
+#include "protocol/sealed_datagram.hpp"
 #include "protocol/session_file.hpp"
 #include "protocol/vicon_stream.hpp"
 #include "tests/protocol/client_samples.hpp"
@@ -92,6 +94,25 @@ std::vector<Bytes> sealed_scripts() {
   return scripts;
 }
 
+// Of every kind, under the key of sealed_datagram_fuzz.cpp, but for sessions that nobody there has drawn.
+std::vector<Bytes> sealed_datagrams() {
+  std::array<std::uint8_t, kSecretKeySize> bytes{};
+  std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
+  const SecretKey pre_shared(bytes);
+  std::vector<Bytes> datagrams;
+  for (const SealKind kind : {SealKind::data, SealKind::first_contact, SealKind::challenge}) {
+    for (const SealDirection direction : {SealDirection::to_daemon, SealDirection::from_daemon}) {
+      SealHeader header{kind, seal_key_id(pre_shared), {1}, {}, 1};
+      if (kind != SealKind::first_contact) header.peer_session = {2};
+      const Bytes payload(kind == SealKind::data ? 40 : 0, 7);
+      Bytes out(kMaxSealed);
+      out.resize(seal(seal_key(pre_shared, SealChannel::client, direction), header, payload, out));
+      datagrams.push_back(out);
+    }
+  }
+  return datagrams;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -108,6 +129,8 @@ int main(int argc, char** argv) {
     write(folder / "tracker_stream", number++, stream(25, true, first_frame));
   }
   write(folder / "session_file", 0, session_file());
+  number = 0;
+  for (const Bytes& datagram : sealed_datagrams()) write(folder / "sealed_datagram", number++, datagram);
   number = 0;
   for (const Bytes& script : sealed_scripts()) write(folder / "sealed_ends", number++, script);
   return 0;
