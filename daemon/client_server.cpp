@@ -363,8 +363,9 @@ void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
   }
 }
 
-void ClientServer::on_published() {
-  if (simulation_.fetch_answer()) {
+bool ClientServer::on_published() {
+  const bool answered = simulation_.fetch_answer();
+  if (answered) {
     const std::uint64_t now_ns = monotonic_ns();
     if (simulation_.answer().has_frame) {
       step_time_.add(simulation_.answer().step_time_ns);
@@ -377,6 +378,7 @@ void ClientServer::on_published() {
     }
   }
   serve_mesh_wishes();
+  return answered;
 }
 
 void ClientServer::stream(Peer& peer, std::uint64_t now_ns, bool fresh) {

@@ -48,8 +48,8 @@ class ClientServer {
   void apply(const config::DaemonConfig& config);
   std::uint16_t port() const { return port_; }
 
-  /// The simulation has published something.
-  void on_published();
+  /// The simulation has published something. Whether it is an answer.
+  bool on_published();
 
   const LatencyWindow& latency() const { return latency_; }
   const LatencyWindow& step_time() const { return step_time_; }

@@ -4,16 +4,25 @@
 #include <chrono>
 
 #include "daemon/monotonic_clock.hpp"
+#include "protocol/prediction_messages.hpp"
 
 namespace tissued::daemon {
 namespace {
 
 constexpr std::uint64_t kShortestWait_ns = 1'000'000;
+constexpr std::uint64_t kTimesDone = 4;
+constexpr std::uint64_t kMost_ns = 5'000'000'000;
 
 }  // namespace
 
 void StepWatch::on_submitted() {
-  if (longest_ns_ > 0 && !watching_) look_in(longest_ns_);
+  if (least_ns_ > 0 && !watching_) look_in(longest_ns_);
+}
+
+void StepWatch::on_answered(const Answer& answer) {
+  const bool braked = (answer.reasons & protocol::ValidityReason::kStepBraked) != 0;
+  longest_ns_ = braked ? std::min(2 * longest_ns_, std::max(kMost_ns, least_ns_))
+                       : std::max(least_ns_, kTimesDone * answer.step_time_ns);
 }
 
 void StepWatch::look_in(std::uint64_t wait_ns) {

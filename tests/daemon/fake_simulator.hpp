@@ -59,8 +59,12 @@ class FakeSimulator : public tissued::core::Simulator {
 
   tissued::core::StepReport step(const tissued::core::Observation& observation) noexcept override {
     while (stuck) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    if (endless) {
-      while (!observation.brake.pulled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const auto began = std::chrono::steady_clock::now();
+    const auto goes_on = [&] {
+      return endless || std::chrono::steady_clock::now() - began < std::chrono::milliseconds(heavy_ms);
+    };
+    while (goes_on() && !observation.brake.pulled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (goes_on()) {
       endless = false;
       tissued::core::StepReport braked;
       braked.finite = false;
@@ -112,6 +116,7 @@ class FakeSimulator : public tissued::core::Simulator {
 
   std::atomic<bool> stuck{false};    // a step does not end before this does
   std::atomic<bool> endless{false};  // the next step does not end before it is braked
+  std::atomic<int> heavy_ms{0};      // that a step takes, unless it is braked
   std::atomic<int> delay_ms{0};
   std::atomic<int> resets{0};
   std::atomic<int> steps{0};

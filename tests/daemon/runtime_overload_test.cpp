@@ -38,6 +38,22 @@ TEST_CASE("A step that does not end is ended, the last good answer is held, and 
   CHECK(next.targets[0].position[0] == 9.0);
 }
 
+TEST_CASE("A body whose every step takes long is given the time, after a few steps that were ended") {
+  RunningDaemon daemon;
+  daemon.simulator.heavy_ms = 200;  // the first is ended after 80, the second after 160
+  FakeTracker tracker(daemon.runtime.tracker_port());
+  FakeClient client(daemon.runtime.client_port());
+  std::uint32_t number = 0;
+  CHECK(eventually([&] {
+    tracker.send(frame_with_shift(++number, 2.0).frame);
+    std::this_thread::sleep_for(20ms);
+    return daemon.simulator.steps >= 4;
+  }));
+  CHECK(daemon.count(Count::steps_braked) >= 1);
+  CHECK(daemon.count(Count::steps_braked) <= 4);
+  CHECK(client.ask<Predictions>(protocol::QueryTargets{}).targets[0].position[0] == 7.0);
+}
+
 TEST_CASE("Steps that take longer than their frames get fewer iterations, and clients see why") {
   RunningDaemon daemon;
   daemon.simulator.delay_ms = 14;
