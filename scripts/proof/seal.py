@@ -12,6 +12,7 @@ import pwd
 import secrets
 import shutil
 import subprocess
+import tempfile
 
 OTHER = "nobody"
 
@@ -43,10 +44,9 @@ class Folders:
         """Hex; drawn once, by whoever comes first."""
         path = os.path.join(self.sealed, "salt")
         if not os.path.exists(path):
-            own = f"{path}.{os.getpid()}.{os.uname().nodename}"
-            with open(own, "w") as out:
+            file, own = tempfile.mkstemp(prefix="salt.", dir=self.sealed)  # threads and machines draw at once, each its own
+            with open(file, "w") as out:
                 out.write(secrets.token_hex(16))
-            os.chmod(own, 0o600)
             try:
                 os.link(own, path)  # fails where another was faster
             except FileExistsError:

@@ -1,9 +1,11 @@
 """What is concealed stays so, and what was sealed cannot be changed unseen."""
+import concurrent.futures
 import json
 import os
 import stat
 import subprocess
 import tempfile
+import threading
 import unittest
 
 from proof import seal
@@ -28,6 +30,19 @@ class Sealing(unittest.TestCase):
         self.assertEqual(names, [self.folders.name(seed) for seed in range(1, 20)])
         self.assertFalse(set(names) & {other.name(seed) for seed in range(1, 20)})
         self.assertNotEqual(names, sorted(names))
+
+    def test_who_starts_at_once_draws_one_salt(self):
+        for attempt in range(50):
+            folders, together = seal.Folders(os.path.join(self.scratch.name, f"out{attempt}")), threading.Barrier(4)
+
+            def draw(_):
+                together.wait()
+                return folders.salt()
+
+            with concurrent.futures.ThreadPoolExecutor(max_workers=4) as pool:
+                self.assertEqual(len(set(pool.map(draw, range(4)))), 1)
+            self.assertEqual(os.listdir(folders.sealed), ["salt"])
+            self.assertEqual(stat.S_IMODE(os.stat(os.path.join(folders.sealed, "salt")).st_mode), 0o600)
 
     def test_the_hash_is_that_of_sha256sum(self):
         self.write("abc", {"kinds": ["skin"]})
