@@ -16,7 +16,8 @@ inline constexpr int kServingPriority = 11;
 // the thread in that line.
 
 /// Puts a thread, and those that it will start, under SCHED_RR, so that other work on the machine cannot hold up a
-/// frame. Needs CAP_SYS_NICE or a limit.
+/// frame. Not SCHED_FIFO: threads of one step share a priority, and none may keep the CPU from the one that it waits
+/// for. Needs CAP_SYS_NICE or a limit.
 std::optional<std::string> schedule_realtime(const char* what, pthread_t thread, int priority);
 
 /// Keeps a thread, and those that it will start, on one CPU, counted from 0.

@@ -8,10 +8,10 @@
 namespace tissued::core {
 
 struct SearchOptions {
-  int threads = 0;          // 0: as many as there are processors
-  double budget = 165.0;    // s; what is not done by then is left out, and said; a report comes within 3 min
+  int threads = 0;              // 0: as many as there are processors
+  double budget = 165.0;        // s; what is not done by then is left out, and said; a report comes within 3 min
   bool processor_time = false;  // the budget is of the processor's time per thread: other work does not cut it short
-  bool refine_mesh = true;  // judge the elements by finer ones
+  bool refine_mesh = true;      // judge the elements by finer ones
   // share of the work done, 0 to 1, and what is being done; called from one thread at a time
   std::function<void(double, const std::string&)> progress;
   const std::atomic<bool>* interrupted = nullptr;

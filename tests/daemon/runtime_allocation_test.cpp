@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 
-#include "tests/daemon/allocation_count.hpp"
+#include "tests/allocation_count.hpp"
 #include "tests/daemon/loopback_peers.hpp"
 #include "tests/daemon/running_daemon.hpp"
 #include "tests/daemon/tracker_frames.hpp"

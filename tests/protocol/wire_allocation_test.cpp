@@ -1,9 +1,6 @@
 // Counts what the heap is asked for while datagrams are read, joined and written.
 
-#include <atomic>
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <new>
 #include <vector>
 
 #include "protocol/address_cookie.hpp"
@@ -11,27 +8,8 @@
 #include "protocol/sealed_contact.hpp"
 #include "protocol/sealed_sessions.hpp"
 #include "protocol/sequence_gate.hpp"
+#include "tests/allocation_count.hpp"
 #include "tests/protocol/client_samples.hpp"
-
-namespace {
-
-std::atomic<std::size_t> allocations{0};
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  ++allocations;
-  return std::malloc(size);
-}
-
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 using namespace tissued::protocol;
 
@@ -44,7 +22,7 @@ TEST_CASE("the tracker's way in and out asks nothing of the heap") {
   std::vector<TrackerPacket> packets(kMaxPacketsPerFrame);
   TrackerDatagram datagram;
   std::size_t emitted = 0;
-  const std::size_t before = allocations;
+  const std::size_t before = allocation_count();
   for (std::uint32_t number = 0; number < 100; ++number) {
     frame.frame_number = number;
     const std::size_t count = encode_tracker_frame(frame, packets);
@@ -54,7 +32,7 @@ TEST_CASE("the tracker's way in and out asks nothing of the heap") {
       emitted += assembler.flush_if_due(number * 10'000'000ULL).size();
     }
   }
-  CHECK(allocations == before);
+  CHECK(allocation_count() == before);
   CHECK(emitted == 100);
 }
 
@@ -63,7 +41,7 @@ TEST_CASE("client messages ask nothing of the heap") {
   std::vector<std::uint8_t> buffer(kMaxDatagram);
   SequenceGate gate;
   std::size_t read = 0;
-  const std::size_t before = allocations;
+  const std::size_t before = allocation_count();
   for (const Sample& sample : samples) {
     const std::size_t size =
         std::visit([&](const auto& m) { return encode_client_message(sample.envelope, m, buffer); }, sample.message);
@@ -71,7 +49,7 @@ TEST_CASE("client messages ask nothing of the heap") {
     gate.judge(decoded.header.envelope);
     read += decoded.refusal == ClientRefusal::none ? 1 : 0;
   }
-  CHECK(allocations == before);
+  CHECK(allocation_count() == before);
   CHECK(read == samples.size());
 }
 
@@ -83,7 +61,7 @@ TEST_CASE("sealed datagrams and cookies ask nothing of the heap") {
   const AddressCookie cookies;
   std::vector<std::uint8_t> payload(kMaxDatagram), up(kMaxSealed), down(kMaxSealed);
   std::size_t taken = 0;
-  const std::size_t before = allocations;
+  const std::size_t before = allocation_count();
   for (std::uint16_t port = 0; port < 200; ++port) {  // each from elsewhere: a new contact, in the end another's place
     const SourceAddress from{{}, port};
     for (int i = 0; i < 4; ++i) {
@@ -97,7 +75,7 @@ TEST_CASE("sealed datagrams and cookies ask nothing of the heap") {
     }
     taken += cookies.is_good(cookies.make(from, port), from, port) ? 1 : 0;
   }
-  CHECK(allocations == before);
+  CHECK(allocation_count() == before);
   CHECK(daemon.evicted() > 100);
   CHECK(taken > 400);
 }

@@ -1,4 +1,4 @@
-#include "tests/daemon/allocation_count.hpp"
+#include "tests/allocation_count.hpp"
 
 #include <atomic>
 #include <cstdlib>
