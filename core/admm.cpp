@@ -73,7 +73,7 @@ void hold_pads(const Model& model, AdmmWorkspace& workspace, std::span<const Pad
 void gather_external(const Model& model, AdmmWorkspace& workspace, std::span<const PadInput> pads) {
   const Eigen::Vector4d acceleration = model.acceleration();
   for (Eigen::Index i = 0; i < workspace.external.rows(); ++i)
-    workspace.external.row(i) = model.masses()[i] * acceleration.transpose();
+    workspace.external.row(i) = model.body_masses()[i] * acceleration.transpose();
   for (std::size_t p = 0; p < pads.size(); ++p) {
     if (pads[p].kind != PadInput::Kind::force) continue;
     for (std::size_t k = 0; k < model.pad_nodes()[p].size(); ++k) {

@@ -133,6 +133,7 @@ StepReport AdmmSimulator::step(const Observation& observation) noexcept {
   report.finite = !report.braked && state_is_finite();
   if (report.finite) {
     last_finite_ = state_->x;
+    if (effects_) effects_->keep();
     read_pad_forces(observation.pads);
   } else {
     hold_last_finite();
@@ -163,14 +164,15 @@ void AdmmSimulator::solve(const Observation& observation, StepReport& report) {
   }
 }
 
-// The last good answer; duals and velocity start again from it.
+// The last good answer; duals and velocity start again from it. What was learnt, and what laws remember, stays.
 void AdmmSimulator::hold_last_finite() {
   state_->reset(*model_);
   state_->x = last_finite_;
   state_->x_previous = last_finite_;
+  if (stiffness_filter_) stiffness_filter_->apply(*state_);
   workspace_->held.forget_forces();
   workspace_->contact.forget();
-  if (effects_) effects_->reset();
+  if (effects_) effects_->restore();
   if (filter_) filter_->reset();
   if (watch_) watch_->alarm.reset();
 }

@@ -46,13 +46,19 @@ EffectForces::EffectForces(const Enrichment& enrichment, const Model& model)
     residuals = std::max(residuals, static_cast<std::size_t>(3 * term->nodes_per_entity() * term->entity_count()));
   }
   history_.resize(size);
+  kept_.resize(size);
   residuals_.resize(residuals);
   term_history_.resize(most);
   reset();
 }
 
 void EffectForces::reset() {
-  std::fill(history_.begin(), history_.end(), 0.0);
+  std::fill(kept_.begin(), kept_.end(), 0.0);
+  restore();
+}
+
+void EffectForces::restore() {
+  history_ = kept_;
   for (Stress& stress : stresses_) stress = Stress{};
   node_forces_.setZero();
 }

@@ -14,6 +14,9 @@ class EffectForces {
   EffectForces(const Enrichment& enrichment, const Model& model);
 
   void reset();  // back to rest: nothing is remembered
+  // What is remembered now is what restore() goes back to.
+  void keep() { kept_ = history_; }
+  void restore();
 
   // F = Dx of every block; the local step writes it, see local_step.
   std::vector<PointDeformation>& deformations() { return deformations_; }
@@ -45,7 +48,7 @@ class EffectForces {
   const Enrichment* enrichment_;
   int blocks_;
   std::vector<std::size_t> law_offset_, term_offset_;  // into history_
-  std::vector<double> history_;
+  std::vector<double> history_, kept_;
   std::vector<PointDeformation> deformations_;  // (blocks)
   std::vector<Stress> stresses_;                // (blocks)
   NodeField node_forces_;

@@ -56,12 +56,6 @@ std::vector<StrainDomain> domains_of(const Scene& scene, Element element, double
   return domains;
 }
 
-Eigen::VectorXd masses_of(const Scene& scene, const Enrichment* enrichment) {
-  Eigen::VectorXd masses = lumped_masses(scene.mesh, scene.material.density);
-  if (enrichment != nullptr) masses += enrichment->added_masses();
-  return masses;
-}
-
 // With what drags: M (1 + alpha dt), so that the global step is as stiff as what it steps.
 Eigen::VectorXd inertia_of(const Eigen::VectorXd& masses, double mass_damping, double time_step) {
   return mass_damping > 0.0 ? Eigen::VectorXd(masses * (1.0 + mass_damping * time_step)) : masses;
@@ -99,7 +93,8 @@ Model::Model(const Scene& scene, Element element, double weight_scale, double ti
     : scene_(checked(scene)),
       element_(element),
       weight_scale_(weight_scale),
-      masses_(masses_of(scene_, enrichment)),
+      body_masses_(lumped_masses(scene_.mesh, scene_.material.density)),
+      masses_(enrichment == nullptr ? body_masses_ : Eigen::VectorXd(body_masses_ + enrichment->added_masses())),
       mass_damping_(enrichment == nullptr ? 0.0 : enrichment->damping().mass),
       domains_(domains_of(scene_, element, weight_scale, time_step, enrichment)),
       blocks_(make_domain_blocks(domains_, weight_scale)),

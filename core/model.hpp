@@ -22,8 +22,10 @@ class Model {
   const Scene& scene() const { return scene_; }
   double time_step() const { return system_.time_step(); }
   double weight_scale() const { return weight_scale_; }
-  const Eigen::VectorXd& masses() const { return masses_; }  // (n) kg
-  double mass_damping() const { return mass_damping_; }      // 1/s
+  const Eigen::VectorXd& masses() const { return masses_; }  // (n) kg, of all that moves
+  // (n) kg, without what effects attach: the weight of that is a term of theirs.
+  const Eigen::VectorXd& body_masses() const { return body_masses_; }
+  double mass_damping() const { return mass_damping_; }  // 1/s
   Element element() const { return element_; }
   const std::vector<StrainDomain>& domains() const { return domains_; }
   const DomainBlocks& blocks() const { return blocks_; }
@@ -51,7 +53,7 @@ class Model {
   Scene scene_;
   Element element_;
   double weight_scale_;
-  Eigen::VectorXd masses_;
+  Eigen::VectorXd body_masses_, masses_;
   double mass_damping_;
   std::vector<StrainDomain> domains_;
   DomainBlocks blocks_;

@@ -27,6 +27,8 @@ class StiffnessFilter {
 
   // The same body, factored for another time step: what was learnt stays.
   void use(const Model& model) { model_ = &model; }
+  // Writes what was learnt into a state that was begun anew.
+  void apply(AdmmState& state);
   // Forgets all that was learnt.
   void reset();
   // One frame: gates the markers, learns from them and from measured pad forces where the load moved on, and estimates
@@ -70,7 +72,6 @@ class StiffnessFilter {
   void add_sensitivity(const StrainDomain& domain, const AdmmState& state);
   void finish_sensitivity();
   void learn();
-  void apply(AdmmState& state);
   int fill_rows();
   void fill_spread(int rows);
   void update_covariances();

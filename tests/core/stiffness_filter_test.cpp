@@ -1,6 +1,7 @@
 // The filter that learns stiffness: its sensitivities against bodies whose stiffness was changed, what it learns
 // against a body with a hidden lump, and what gates, swapped labels and gaps do to it.
 #include <Eigen/Eigenvalues>
+#include <atomic>
 #include <catch2/catch.hpp>
 
 #include "core/admm_simulator.hpp"
@@ -226,6 +227,27 @@ TEST_CASE("pushing one side teaches what the other side's push will do", "[stiff
   CHECK(filter.log_stiffness(middle) > filter.log_stiffness(corner) + 0.07);
   session.simulator.reset();
   CHECK(filter.log_stiffness(middle) == 0.0);
+}
+
+TEST_CASE("a braked step costs nothing of what was learnt", "[stiffness_filter]") {
+  const Scene scene = soft_box();
+  std::vector<Vec3> places;
+  for (const bool braked : {false, true}) {
+    Session session(scene, lump(scene, Vec3(30, 30, 22), 14.0, 0.9));
+    for (double depth : {4.0, 8.0}) session.push_and_release(0, depth);
+    for (int frame = 1; frame <= 120; ++frame) {
+      session.observe(pushed(scene, 1, 8.0 * std::min(1.0, frame / 50.0)));
+      // No marker is seen: nothing is learnt anew.
+      std::fill(session.observation.marker_seen.begin(), session.observation.marker_seen.end(), std::uint8_t{0});
+      const std::atomic<std::uint64_t> pulled_for{braked && frame == 30 ? 1u : 0u};
+      session.observation.brake = {&pulled_for, 1};
+      session.step();
+      CHECK(session.report.braked == (braked && frame == 30));
+    }
+    places.push_back(session.simulator.target(0).position);
+    if (braked) CHECK((places.back() - session.open_loop.target(0).position).norm() > 0.05);
+  }
+  CHECK((places[0] - places[1]).norm() < 0.005);
 }
 
 TEST_CASE("a right model stays what it is", "[stiffness_filter]") {

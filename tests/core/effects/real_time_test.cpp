@@ -1,5 +1,6 @@
 // Every effect in the real-time step, against the judge: quadratic elements, solved to the end in every frame. What is
 // compared is what the effect changes, so that the linear body's own error does not count.
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -136,4 +137,52 @@ TEST_CASE("In the real-time step a swinging body is slowed as in the judge's") {
   CAPTURE(example.kind, change.size, change.places.share, change.places.cosine);
   CHECK(change.places.share == Approx(1.0).margin(0.3));
   CHECK(change.places.cosine > 0.85);
+}
+
+TEST_CASE("In the real-time step what is attached weighs what it weighs, once") {
+  Scene scene = box_scene({5, 4, 3, 8.0}, 9);
+  scene.gravity = Vec3(0, 0, -1);
+  const Effect& mass = *find_effect("attached-mass");
+  const std::vector<EffectSetting> setting{
+      {&mass, chosen_values(mass, scene, {{"mass", 60.0}, {"at.x", 33.0}, {"at.y", 20.0}, {"at.z", 22.0}})}};
+  const auto hanging = [&](const std::string& kind, const std::vector<EffectSetting>& effects) {
+    SimulatorOptions options = options_of(kind, effects, 0.03);
+    options.fem.dynamics.reset();
+    options.fem.element = FemElement::p1;
+    options.solver.element = Element::p1;
+    const auto simulator = make_simulator(scene, options);
+    Observation observation;
+    observation.resize_for(scene);
+    observation.dt = 0.03;
+    for (int frame = 0; frame < 100; ++frame) REQUIRE(simulator->step(observation).finite);
+    Eigen::MatrixXd places(3, static_cast<Eigen::Index>(scene.markers.size()));
+    for (Eigen::Index i = 0; i < places.cols(); ++i) places.col(i) = simulator->marker(static_cast<int>(i));
+    return places;
+  };
+  const Likeness sag =
+      likeness(hanging("admm", setting) - hanging("admm", {}), hanging("fem", setting) - hanging("fem", {}));
+  CAPTURE(sag.share, sag.cosine);
+  CHECK(sag.share == Approx(1.0).margin(0.2));
+  CHECK(sag.cosine > 0.95);
+}
+
+TEST_CASE("In the real-time step a law forgets nothing with a braked step") {
+  const Scene scene = box_scene({5, 4, 3, 8.0}, 9);
+  const Effect& swelling = *find_effect("swelling");
+  const std::vector<EffectSetting> setting{{&swelling, chosen_values(swelling, scene, {{"rate", 0.02}})}};
+  std::vector<Vec3> places;
+  for (const bool braked : {false, true}) {
+    const auto simulator = make_simulator(scene, options_of("admm", setting, 0.03));
+    Observation observation;
+    observation.resize_for(scene);
+    observation.dt = 0.03;
+    for (int frame = 0; frame < 60; ++frame) {
+      const std::atomic<std::uint64_t> pulled_for{braked && frame == 40 ? 1u : 0u};
+      observation.brake = {&pulled_for, 1};
+      CHECK(simulator->step(observation).braked == (braked && frame == 40));
+    }
+    places.push_back(simulator->marker(0) - scene.markers[0].rest);
+  }
+  REQUIRE(places[0].norm() > 0.05);
+  CHECK((places[0] - places[1]).norm() < 0.04 * places[0].norm());  // the braked step's own 0.03 s are 2 %
 }
