@@ -68,8 +68,11 @@ ClientsConfig read_clients(const Document& document) {
 
 constexpr int kMostSealedSubscribers = 48;  // their contacts keep their places, and newcomers need some, too
 
-void read_keys(const Document& document, const fs::path& file, DaemonConfig& config) {
-  if (!file.empty()) config.keys = read_key_file(file);
+void read_keys(const Document& document, DaemonConfig& config) {
+  if (!config.key_file.empty()) {
+    config.keys = read_key_file(config.key_file);
+    if (config.keys.empty()) document.refuse(JsonPointer("/keys"), config.key_file.string() + " holds no key");
+  }
   const bool has_keys = !config.keys.empty();
   const auto has_role = [](KeyRole role) {
     return [role](const PreSharedKey& key) { return key.role == role || key.role == KeyRole::both; };
@@ -292,7 +295,8 @@ std::string repeatable(const Document& document, const DaemonConfig& config) {
     for (const char* own : {"address", "peer", "peer_port"}) root["tracker"].erase(own);
     if (root["tracker"].empty()) root.erase("tracker");
   }
-  return root.dump();
+  // A folder may have any bytes for its name; JSON may not.
+  return root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 // base: what relative paths are relative to; empty: the working folder.
@@ -307,13 +311,18 @@ DaemonConfig read_config(const Document& document, const fs::path& base) {
   config.record = place_of("/record");
   const double record_mb = document.value("/record_max_mb", 1e-6 * static_cast<double>(config.record_max_bytes));
   config.record_max_bytes = static_cast<std::uint64_t>(std::llround(1e6 * record_mb));
+  if (const fs::path folder = place_of("/bundle"); !fs::exists(folder / "bundle.json"))
+    document.refuse(JsonPointer("/bundle"), folder.string() + " holds no bundle.json");
   config.bundle = load_bundle(place_of("/bundle"));
   config.document = repeatable(document, config);
   config.unused_markers = select_markers(document, config.bundle);
   override_assumptions(document, config.bundle.scene);
   config.tracker = read_tracker(document, config.bundle);
   config.clients = read_clients(document);
-  read_keys(document, place_of("/keys"), config);
+  if (config.clients.port == config.tracker.port && config.clients.port != 0)
+    document.refuse(JsonPointer("/clients/port"), std::to_string(config.clients.port) + " is the tracker's port, too");
+  config.key_file = place_of("/keys");
+  read_keys(document, config);
   config.simulator = read_simulator(document, config.bundle);
   config.registration = read_registration(document, config.bundle);
   config.staleness = read_staleness(document);

@@ -80,7 +80,8 @@ struct DaemonConfig {
   std::vector<std::string> unused_markers;  // known to the bundle, not selected: expected from the tracker, not used
   TrackerConfig tracker;
   ClientsConfig clients;
-  std::vector<PreSharedKey> keys;    // empty: nothing is sealed
+  std::filesystem::path key_file;    // empty: none
+  std::vector<PreSharedKey> keys;    // of that file; empty: nothing is sealed
   core::SimulatorOptions simulator;  // solver.time_step is filled: 1/rate where none was given
   RegistrationConfig registration;
   // What is known to be wrong of the tracker: markers arrive `marker_delay` s later than pads, and are to be taken for

@@ -36,9 +36,9 @@ struct PreSharedKey {
   friend bool operator==(const PreSharedKey&, const PreSharedKey&) = default;
 };
 
-// In the file's order; names and keys are unique, and there is at least one. Throws ConfigError: `FILE: REASON` where
-// it cannot be read, is no regular file, or is one that group or others may read or write; `FILE:LINE: REASON` for a
-// line. No message tells any of a key.
+// In the file's order; names and keys are unique; there may be none. Throws ConfigError: `FILE: REASON` where it cannot
+// be read, is no regular file, or is one that group or others may read or write; `FILE:LINE: REASON` for a line. No
+// message tells any of a key.
 std::vector<PreSharedKey> read_key_file(const std::filesystem::path& path);
 
 // The text of such a file; `source` is for messages. Throws ConfigError.

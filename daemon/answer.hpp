@@ -55,6 +55,7 @@ struct Answer {
   std::uint32_t tracker_frame = 0;
   std::optional<std::uint64_t> stamp_ns;  ///< tracker's clock
   std::uint64_t receive_ns = 0;           ///< monotonic clock, first datagram of the frame
+  std::uint64_t delay_ns = 0;             ///< by which it was longer under way than the quickest: FrameInterval::delay
   std::uint64_t step_time_ns = 0;
   std::uint16_t reasons = 0;  ///< protocol::ValidityReason bits that do not depend on the answer's age
   int overload = 0;           ///< OverloadRule's level

@@ -46,6 +46,9 @@ core::Diagnosis diagnose_bundle(const std::string& folder, const fs::path& out, 
                                 const std::function<void(double, const std::string&)>& progress) {
   const config::Bundle bundle = config::load_bundle(folder);
   const core::RecordedSession session = load_session(bundle);
+  if (session.trials.empty())
+    throw std::runtime_error("bundle " + session.scene.name + " has no trials to explain" +
+                             (session.held_out.empty() ? "" : "; what is held out is never fitted"));
   fs::create_directories(out);
   core::SearchOptions search;
   search.threads = options.threads;

@@ -102,7 +102,10 @@ void ClientServer::apply(const config::DaemonConfig& config) {
   staleness_ = config.staleness;
   max_lease_ns_ = static_cast<std::uint64_t>(config.clients.lease.count());
   max_requests_per_s_ = config.clients.max_requests_per_s;
-  if (sealed_) sealed_->use(config.keys);
+}
+
+void ClientServer::use(std::span<const config::PreSharedKey> keys) {
+  if (sealed_) sealed_->use(keys);
 }
 
 void ClientServer::close() {
@@ -396,7 +399,11 @@ void ClientServer::stream(Peer& peer, std::uint64_t now_ns, bool fresh) {
 void ClientServer::serve_mesh_wishes() {
   if (bulk_.mesh_under_way() || serving_mesh_wishes_) return;
   const auto peers = peers_.all();
-  if (std::none_of(peers.begin(), peers.end(), [](const Peer& peer) { return peer.mesh_wish.has_value(); })) return;
+  if (std::none_of(peers.begin(), peers.end(), [](const Peer& peer) { return peer.mesh_wish.has_value(); })) {
+    // Who asked has gone: nobody must get that mesh later as if it were new.
+    if (mesh_requested_ && simulation_.fetch_mesh()) mesh_requested_ = false;
+    return;
+  }
   if (!simulation_.fetch_mesh()) {
     if (!mesh_requested_) simulation_.request_mesh();
     mesh_requested_ = true;

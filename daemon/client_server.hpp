@@ -44,8 +44,10 @@ class ClientServer {
 
   void start();
   void close();
-  /// Takes on staleness, leases, allowances and other keys; whoever has still one of them comes back by himself.
+  /// Takes on staleness, leases and allowances.
   void apply(const config::DaemonConfig& config);
+  /// Believes these instead, where there were keys at the start; whoever has still one of them comes back by himself.
+  void use(std::span<const config::PreSharedKey> keys);
   std::uint16_t port() const { return port_; }
 
   /// The simulation has published something. Whether it is an answer.

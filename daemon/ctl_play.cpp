@@ -94,7 +94,14 @@ void require_same_scene(const config::Bundle& bundle, const Answers& answers) {
            std::ranges::any_of(ours, [&](const auto& o) { return std::ranges::count(names, o.name) > 0; });
   };
   const bool knows_targets = knows(answers.targets, bundle.scene.targets);
-  if (knows_targets && knows(answers.markers, bundle.scene.markers)) return;
+  const std::string_view model = answers.hello.model.view();
+  if (knows_targets && knows(answers.markers, bundle.scene.markers)) {
+    if (!bundle.scene.name.starts_with(model))  // it may be cut short
+      std::fprintf(stderr,
+                   "tissuectl: warning: %s runs `%s`, the bundle is `%s`: what follows may compare two bodies\n",
+                   to_string(answers.client.daemon()).c_str(), std::string(model).c_str(), bundle.scene.name.c_str());
+    return;
+  }
   throw std::runtime_error(to_string(answers.client.daemon()) + " knows none of the bundle's " +
                            (knows_targets ? "markers" : "targets") + ": it runs `" +
                            std::string(answers.hello.model.view()) + "`, the bundle is `" + bundle.scene.name + "`");

@@ -159,7 +159,8 @@ void query_status(PredictionClient& client, bool as_json) {
   const DaemonStatus status = client.status();
   if (as_json) return print(status_json(status));
   const protocol::Status& frame = status.frame;
-  const auto percentiles = [](std::uint64_t p50, std::uint64_t p99, std::uint64_t most) {
+  const auto percentiles = [](std::uint64_t p50, std::uint64_t p99, std::uint64_t most) -> std::string {
+    if (most == 0) return "-";
     return "p50 " + fixed(ms(p50), 2) + "  p99 " + fixed(ms(p99), 2) + "  max " + fixed(ms(most), 2) + " ms";
   };
   const auto line = [](const char* key, const std::string& value) { std::printf("%-16s%s\n", key, value.c_str()); };

@@ -86,11 +86,15 @@ core::Scene load_static_scene(const SolveArguments& arguments) {
 
 // A pad that is not named is off the skin.
 std::vector<core::PadInput> pad_inputs(const core::Scene& scene, std::map<std::string, double> pushes) {
+  const double size = (scene.mesh.rest.colwise().maxCoeff() - scene.mesh.rest.colwise().minCoeff()).maxCoeff();
   std::vector<core::PadInput> inputs(scene.pads.size());
   for (std::size_t i = 0; i < scene.pads.size(); ++i) {
     const auto push = pushes.find(scene.pads[i].name);
     if (push == pushes.end()) continue;
     inputs[i].kind = core::PadInput::Kind::pose;
+    if (!(std::abs(push->second) <= size))
+      throw UsageError("--push: " + scene.pads[i].name + " by " + fixed(push->second, 1) +
+                       " mm is more than the body's own size, " + fixed(size, 1) + " mm");
     inputs[i].center = scene.pads[i].center + push->second * scene.pads[i].direction;
     pushes.erase(push);
   }

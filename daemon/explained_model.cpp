@@ -1,7 +1,9 @@
 #include "daemon/explained_model.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -43,14 +45,17 @@ class ModelReader {
 
   ExplainedModel read() {
     std::ifstream file(path_);
-    if (!file) throw config::ConfigError(path_.string() + ": cannot be read");
+    if (!file) throw config::ConfigError(path_.string() + ": cannot be read: " + std::strerror(errno));
     json all;
     try {
       all = json::parse(file);
     } catch (const json::parse_error& error) {
       throw config::ConfigError(path_.string() + ": " + error.what());
     }
-    if (!all.is_object() || all.value("format", "") != kFormat) fail("/format", std::string("is not ") + kFormat);
+    if (!all.is_object() || all.value("format", json()) != kFormat) fail("/format", std::string("is not ") + kFormat);
+    // Its numbers and offsets are of one body.
+    if (all.contains("bundle") && all["bundle"] != scene_->name)
+      fail("/bundle", "was found of " + all["bundle"].dump() + ", not of " + json(scene_->name).dump());
     ExplainedModel model;
     core::Fit& fit = model.candidate.exact;
     fit.solved = true;

@@ -8,8 +8,9 @@ namespace {
 
 constexpr double kLongestGap = 60.0;   // s; a clock that advances by more has jumped
 constexpr double kShortestStep = 0.1;  // of the period; datagrams that came in a burst must not give a step of no time
-constexpr double kBand[] = {0.75, 1.33};   // of the period
-constexpr double kOutsideForChange = 1.0;  // s
+constexpr std::uint64_t kForgotten = 1000;  // of the time, one part: clocks that are disciplined drift by less
+constexpr double kBand[] = {0.75, 1.33};    // of the period
+constexpr double kOutsideForChange = 1.0;   // s
 
 double seconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
@@ -32,6 +33,7 @@ FrameInterval FrameClock::advance(const protocol::TrackerFrame& frame) {
     interval.elapsed = elapsed_since_last(frame, interval);
     watch_rate(frame);
   }
+  interval.delay = delay_of(frame, !started_ || frame.after_restart || interval.stamp_refused);
   interval.dt = std::clamp(interval.elapsed, std::min(kShortestStep * period_, kMaxTimeStep), kMaxTimeStep);
   interval.clamped = interval.dt != interval.elapsed;
   started_ = true;
@@ -50,6 +52,17 @@ double FrameClock::elapsed_since_last(const protocol::TrackerFrame& frame, Frame
   const double elapsed = numbers * number_period_;
   if (numbers > 0 && elapsed <= kLongestGap) return elapsed;
   return advanced(last_receive_ns_, frame.receive_ns).value_or(period_);
+}
+
+// anew: what the stamps were before says nothing of this one.
+double FrameClock::delay_of(const protocol::TrackerFrame& frame, bool anew) {
+  if (anew || !frame.stamp_ns) quickest_ns_.reset();
+  if (!frame.stamp_ns) return 0.0;
+  const auto under_way_ns = static_cast<std::int64_t>(frame.receive_ns - *frame.stamp_ns);  // modulo 2^64
+  if (quickest_ns_ && frame.receive_ns > last_receive_ns_)
+    *quickest_ns_ += static_cast<std::int64_t>((frame.receive_ns - last_receive_ns_) / kForgotten);
+  if (!quickest_ns_ || under_way_ns < *quickest_ns_) quickest_ns_ = under_way_ns;
+  return static_cast<double>(under_way_ns - *quickest_ns_) * 1e-9;
 }
 
 // Receive times jitter, so the median decides; without stamps they are all there is, for frame numbers know no rate.

@@ -15,6 +15,9 @@ namespace {
 
 using protocol::ValidityReason;
 
+constexpr double kTolerableLag = 0.1;  // mm that a simulated pad or probe may be behind the tracked one
+constexpr int kFewestMarkers = 3;      // that tell a motion of the whole body from a turn
+
 core::Vec3 to_vec3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 std::array<double, 3> to_array(const core::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -86,6 +89,7 @@ FrameProcessor::FrameProcessor(core::Simulator& simulator, const config::DaemonC
 
 void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& previous, Answer& answer,
                              const StepTerms& terms) noexcept {
+  if (frame.after_restart) pads_.restart();
   read_names(frame);
   read_late_markers(frame);
   const FrameInterval interval = clock_.advance(frame);
@@ -112,6 +116,7 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
   answer.tracker_frame = frame.frame_number;
   answer.stamp_ns = frame.stamp_ns;
   answer.receive_ns = frame.receive_ns;
+  answer.delay_ns = static_cast<std::uint64_t>(std::llround(1e9 * interval.delay));
   answer.report = report;
   answer.markers_seen = seen_.marker_count;
   answer.reasons = reasons_of(report, frame, step_time_ns);
@@ -123,11 +128,14 @@ void FrameProcessor::process(const protocol::TrackerFrame& frame, const Answer& 
                              std::isfinite(report.mismatch.misfit) && report.mismatch.place.allFinite();
   if (!write_estimates(answer) || !report.finite || !report_finite) {
     counters_.add(report.braked ? Count::steps_braked : Count::steps_not_finite);
-    if (report.finite) simulator_.reset();  // it has not noticed itself
+    mesh_is_of_answer_ = !report.finite;  // else the simulation goes back to the answer's state by itself
+    if (report.finite) simulator_.reset();
     answer = previous;
     unsigned reasons = (previous.reasons & ~unsigned{ValidityReason::kStepBraked}) | ValidityReason::kDiverged;
     if (report.braked) reasons |= ValidityReason::kStepBraked;
     answer.reasons = static_cast<std::uint16_t>(reasons);
+  } else {
+    mesh_is_of_answer_ = true;
   }
   answer.step_time_ns = step_time_ns;
 }
@@ -237,7 +245,7 @@ void FrameProcessor::observe(const FrameInterval& interval, bool whole) {
     observation_.markers[i] = calibration_.to_model(index, seen_.markers[i]);
     ++markers_fed_;
   }
-  pads_held_ = pads_.finish_frame(interval.elapsed, whole, tissue_from_tracker(), observation_.pads);
+  pads_held_ = pads_.finish_frame(interval.elapsed, whole, tissue_from_tracker(), usable, observation_.pads);
   pads_held_ += probes_.finish_frame(interval.elapsed, whole, tissue_from_tracker(), observation_.probes);
   if (pads_held_ > 0) counters_.add(Count::pads_held, static_cast<std::uint64_t>(pads_held_));
   if (!usable) std::fill(observation_.pads.begin(), observation_.pads.end(), core::PadInput{});
@@ -263,8 +271,9 @@ std::uint16_t FrameProcessor::reasons_of(const core::StepReport& report, const p
   const auto say = [&reasons](bool holds, ValidityReason reason) {
     if (holds) reasons |= reason;
   };
-  say(!report.converged, ValidityReason::kNotConverged);
+  say(!report.converged || report.pad_ramp > kTolerableLag, ValidityReason::kNotConverged);
   say(closed_loop_ && report.markers_used == 0, ValidityReason::kNoMarkers);
+  say(closed_loop_ && report.markers_used > 0 && report.markers_used < kFewestMarkers, ValidityReason::kFewMarkers);
   say(closed_loop_ && report.markers_used < markers_fed_, ValidityReason::kMarkersRejected);
   say(pads_held_ > 0, ValidityReason::kPadMissing);
   say(!registered(), ValidityReason::kNotRegistered);
@@ -357,7 +366,8 @@ void FrameProcessor::rest_answer(Answer& answer) const noexcept {
   write_estimates(answer);
 }
 
-void FrameProcessor::snapshot(const Answer& answer, MeshSnapshot& mesh) const noexcept {
+bool FrameProcessor::snapshot(const Answer& answer, MeshSnapshot& mesh) const noexcept {
+  if (!mesh_is_of_answer_) return false;
   mesh.tracker_frame = answer.tracker_frame;
   mesh.receive_ns = answer.receive_ns;
   const core::RigidTransform tracker_from_tissue = tissue_from_tracker().inverse();
@@ -366,6 +376,7 @@ void FrameProcessor::snapshot(const Answer& answer, MeshSnapshot& mesh) const no
     const auto node = nodes.row(static_cast<Eigen::Index>(i));
     mesh.positions[i] = to_array(tracker_from_tissue(core::Vec3(node[0], node[1], node[2])));
   }
+  return true;
 }
 
 }  // namespace tissued::daemon

@@ -49,8 +49,9 @@ class FrameProcessor {
   /// The answer before any frame: the targets at rest.
   void rest_answer(Answer& answer) const noexcept;
 
-  /// Where the nodes are now, of the frame that `answer` is about.
-  void snapshot(const Answer& answer, MeshSnapshot& mesh) const noexcept;
+  /// Where the nodes are now, of the frame that `answer` is about. False, with `mesh` as it was, where the simulation
+  /// has begun anew and `answer` is still of before.
+  bool snapshot(const Answer& answer, MeshSnapshot& mesh) const noexcept;
 
  private:
   // What the tracker said about markers and targets in the frame at hand.
@@ -101,6 +102,7 @@ class FrameProcessor {
   int markers_fed_ = 0;
   int pads_held_ = 0;              // and probes
   bool pressed_by_probe_ = false;  // in the last step
+  bool mesh_is_of_answer_ = true;
 };
 
 }  // namespace tissued::daemon

@@ -29,6 +29,10 @@ void PadTracker::begin_frame() {
   for (auto& pad : pads_) pad.pose_seen = pad.force_seen = false;
 }
 
+void PadTracker::restart() {
+  for (auto& pad : pads_) pad.pushing = false;
+}
+
 void PadTracker::see_pose(int index, const core::Vec3& position, const core::Mat3& rotation) {
   State& pad = pads_[index];
   pad.pose_seen = true;
@@ -50,7 +54,7 @@ bool PadTracker::at_rest(const core::RigidTransform& tissue_from_tracker, bool r
 }
 
 bool PadTracker::at_rest(const State& pad, const core::RigidTransform& tissue_from_tracker, bool registered) const {
-  if (!pad.pose_seen) return !pad.force_seen || pad.force.norm() <= kRestForce;
+  if (!pad.pose_seen) return pad.force_seen ? pad.force.norm() <= kRestForce : !pad.pushing;
   if (learn_offsets_ && pad.rest_samples > 0) {
     return (pad.position - pad.position_sum / pad.rest_samples).norm() <= rest_tolerance_;
   }
@@ -71,14 +75,16 @@ void PadTracker::learn_rest(int max_samples) {
 }
 
 int PadTracker::finish_frame(double elapsed, bool whole, const core::RigidTransform& tissue_from_tracker,
-                             std::span<core::PadInput> inputs) {
-  int held = 0;
+                             bool registered, std::span<core::PadInput> inputs) {
+  int missing = 0;
   for (std::size_t i = 0; i < pads_.size(); ++i) {
-    advance(pads_[i], elapsed, whole);
-    inputs[i] = input_of(pads_[i], tissue_from_tracker);
-    if (pads_[i].kind != Kind::absent && pads_[i].unseen > 0.0) ++held;
+    State& pad = pads_[i];
+    pad.pushing = !at_rest(pad, tissue_from_tracker, registered);
+    advance(pad, elapsed, whole);
+    inputs[i] = input_of(pad, tissue_from_tracker);
+    if (pad.unseen > 0.0 && (pad.kind != Kind::absent || pad.pushing)) ++missing;
   }
-  return held;
+  return missing;
 }
 
 void PadTracker::advance(State& pad, double elapsed, bool whole) const {

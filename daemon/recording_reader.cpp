@@ -17,19 +17,28 @@ RecordingReader::RecordingReader(const std::filesystem::path& file) {
   for (const auto& part : files) contents_.push_back(protocol::read_file_content(part));
   for (std::size_t i = 0; i < files.size(); ++i) {
     const protocol::SessionReader& reader = readers_.emplace_back(protocol::bytes_of(contents_[i]));
+    if (i > 0 && i + 1 == files.size() && reader.refusal() == protocol::SessionRefusal::too_short) {
+      readers_.pop_back();
+      torn_ = true;
+      break;
+    }
     if (reader.refusal() != protocol::SessionRefusal::none)
       throw std::runtime_error(files[i].string() + ": not a recording of tissued: " + to_string(reader.refusal()));
     if (reader.header().monotonic_ns != header().monotonic_ns || reader.header().wall_ns != header().wall_ns)
       throw std::runtime_error(files[i].string() + ": belongs to another recording than " + file.string());
   }
+  // It is what a recording begins with.
+  protocol::SessionReader beginning(protocol::bytes_of(contents_.front()));
+  for (auto record = beginning.next(); record && record->kind == protocol::SessionRecordKind::configuration;
+       record = beginning.next())
+    configuration_.append(record->body.begin(), record->body.end());
 }
 
 std::optional<protocol::SessionRecord> RecordingReader::next() {
   using protocol::SessionRecordKind;
   for (; part_ < readers_.size(); ++part_) {
     while (const auto record = readers_[part_].next()) {
-      const bool again = part_ > 0 && record->kind == SessionRecordKind::configuration;
-      if (!again && record->kind != SessionRecordKind::part) return record;
+      if (record->kind != SessionRecordKind::configuration && record->kind != SessionRecordKind::part) return record;
     }
   }
   return std::nullopt;

@@ -17,18 +17,22 @@ class RecordingReader {
   explicit RecordingReader(const std::filesystem::path& file);
 
   const protocol::SessionHeader& header() const { return readers_.front().header(); }
-  /// The next record that is whole; nothing at the end. The configuration comes once, and parts are not told.
+  /// JSON, what the daemon ran by: see config::config_from_text.
+  const std::string& configuration() const { return configuration_; }
+  /// The next record that is whole; nothing at the end. Neither the configuration nor parts are told.
   std::optional<protocol::SessionRecord> next();
 
   std::size_t parts() const { return readers_.size(); }
   /// See protocol::SessionReader; of all files so far.
   std::size_t damaged_bytes() const;
-  bool torn() const { return readers_.back().torn(); }
+  bool torn() const { return torn_ || readers_.back().torn(); }
 
  private:
   std::vector<std::string> contents_;
   std::vector<protocol::SessionReader> readers_;
+  std::string configuration_;
   std::size_t part_ = 0;  // at hand
+  bool torn_ = false;     // a last part was created, and not begun
 };
 
 }  // namespace tissued::daemon

@@ -15,6 +15,21 @@ namespace {
 
 bool is_taken_on(const std::string& pointer) { return pointer == "/log/level" || pointer.starts_with("/staleness"); }
 
+template <typename Result>
+struct Attempt {
+  std::optional<Result> result;
+  std::string fault;
+};
+
+template <typename Work>
+auto attempt(const Work& work) -> Attempt<decltype(work())> {
+  try {
+    return {work(), {}};
+  } catch (const std::exception& error) {
+    return {std::nullopt, error.what()};
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> changes_that_need_a_start(const config::DaemonConfig& running,
@@ -41,16 +56,12 @@ std::vector<std::string> changes_that_need_a_start(const config::DaemonConfig& r
   compare("/clients/prove_addresses", running.clients.prove_addresses, wanted.clients.prove_addresses);
   compare("/record", running.record, wanted.record);
   compare("/record_max_mb", running.record_max_bytes, wanted.record_max_bytes);
-  compare("/keys", running.keys.empty(), wanted.keys.empty());
+  compare("/keys", running.key_file, wanted.key_file);
   return changes;
 }
 
-Reload::Reload(boost::asio::io_context& context, Load load, Apply apply, Refuse refuse)
-    : context_(context),
-      hangup_(context, SIGHUP),
-      load_(std::move(load)),
-      apply_(std::move(apply)),
-      refuse_(std::move(refuse)) {
+Reload::Reload(boost::asio::io_context& context, Hooks hooks)
+    : context_(context), hangup_(context, SIGHUP), hooks_(std::move(hooks)) {
   wait();
 }
 
@@ -75,16 +86,14 @@ void Reload::begin() {
   reading_ = true;
   thread_ = std::thread([this] {
     leave_realtime();
-    std::optional<config::DaemonConfig> config;
-    std::string reason;
-    try {
-      config = load_();
-    } catch (const std::exception& error) {
-      reason = error.what();
-    }
-    boost::asio::post(context_, [this, config = std::move(config), reason = std::move(reason)] {
+    auto keys = hooks_.load_keys ? attempt(hooks_.load_keys) : Attempt<Keys>{};
+    auto config = attempt(hooks_.load);
+    boost::asio::post(context_, [this, keys = std::move(keys), config = std::move(config)] {
       reading_ = false;
-      config ? apply_(*config) : refuse_(reason);
+      if (keys.result) hooks_.use_keys(*keys.result);
+      if (!keys.fault.empty()) hooks_.refuse("keys not read again, those so far are still believed: " + keys.fault);
+      if (config.result) hooks_.apply(*config.result);
+      if (!config.fault.empty()) hooks_.refuse("configuration not read again, the one so far stays: " + config.fault);
       if (std::exchange(again_, false)) begin();
     });
   });

@@ -1,8 +1,11 @@
 #include "daemon/runtime.hpp"
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <system_error>
+#include <utility>
 
 #include "daemon/monotonic_clock.hpp"
 #include "daemon/realtime.hpp"
@@ -27,8 +30,21 @@ std::unique_ptr<SessionRecorder> make_recorder(const config::DaemonConfig& confi
   const std::string name = config.bundle.scene.name.substr(0, protocol::Name::kCapacity);
   header.scene = protocol::Name::from(name).value_or(*protocol::Name::from("?"));
   header.bundle = std::filesystem::absolute(config.bundle.folder).string();
-  return std::make_unique<SessionRecorder>(config.record, config.record_max_bytes, header, config.document, counters,
-                                           std::move(on_failure));
+  // A daemon that is started again by its watchdog must neither write over what it recorded nor stay down for it.
+  std::error_code ignored;  // what is wrong with the folder is said when the file cannot be created
+  if (config.record.has_parent_path()) std::filesystem::create_directories(config.record.parent_path(), ignored);
+  const std::filesystem::path file = free_recording(config.record);
+  if (file != config.record && on_failure)
+    on_failure(config.record.string() + ": exists; recording to " + file.string());
+  try {
+    return std::make_unique<SessionRecorder>(file, config.record_max_bytes, header, config.document, counters,
+                                             on_failure);
+  } catch (const std::system_error& error) {
+    if (error.code().value() != ENOSPC && error.code().value() != EDQUOT) throw;
+    counters.set(Count::recording_failed, 1);
+    if (on_failure) on_failure(std::string(error.what()) + "; nothing is recorded");
+    return nullptr;
+  }
 }
 
 }  // namespace
@@ -37,6 +53,7 @@ Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
                  std::function<void(const std::string&)> on_recording_failed)
     : simulator_(simulator),
       realtime_(config.realtime),
+      key_file_(config.key_file),
       recorder_(make_recorder(config, counters_, std::move(on_recording_failed))),
       processor_(simulator, config, counters_),
       simulation_(
@@ -104,13 +121,23 @@ void Runtime::stop_on_signals() {
   });
 }
 
-void Runtime::reload_on_hangup(Reload::Load load, Reload::Apply on_reloaded, Reload::Refuse on_refused) {
-  const auto apply = [this, told = std::move(on_reloaded)](const config::DaemonConfig& config) {
+void Runtime::reload_on_hangup(std::function<config::DaemonConfig()> load,
+                               std::function<void(const config::DaemonConfig&)> on_reloaded,
+                               std::function<void(const std::string&)> on_refused) {
+  Reload::Hooks hooks;
+  if (!key_file_.empty()) hooks.load_keys = [file = key_file_] { return config::read_key_file(file); };
+  hooks.load = std::move(load);
+  hooks.use_keys = [this](const Reload::Keys& keys) {
+    receiver_.use(keys);
+    server_.use(keys);
+  };
+  hooks.apply = [this, told = std::move(on_reloaded)](const config::DaemonConfig& config) {
     receiver_.apply(config);
     server_.apply(config);
     told(config);
   };
-  reload_.emplace(context_, std::move(load), apply, std::move(on_refused));
+  hooks.refuse = std::move(on_refused);
+  reload_.emplace(context_, std::move(hooks));
 }
 
 void Runtime::watch_simulation() {
@@ -120,6 +147,7 @@ void Runtime::watch_simulation() {
     published_.drain();
     if (server_.on_published()) step_watch_.on_answered(simulation_.answer());
     watch_alarm();
+    watch_names();
     watch_simulation();
   });
 }
@@ -129,6 +157,15 @@ void Runtime::watch_alarm() {
   if (alarm.raised == alarm_raised_) return;
   alarm_raised_ = alarm.raised;
   if (on_alarm_) on_alarm_(alarm);
+}
+
+// A tracker of another body, or that calls it otherwise, is like one that sees nothing.
+void Runtime::watch_names() {
+  constexpr std::uint64_t kFrames = 100;
+  marker_seen_ = marker_seen_ || simulation_.answer().markers_seen > 0;
+  if (!on_strangers_ || marker_seen_ || counters_[Count::frames_stepped] < kFrames) return;
+  const std::uint64_t strangers = counters_[Count::unknown_names];
+  if (strangers > 0) std::exchange(on_strangers_, nullptr)(strangers);
 }
 
 }  // namespace tissued::daemon

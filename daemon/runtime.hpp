@@ -31,8 +31,9 @@ namespace tissued::daemon {
 class Runtime {
  public:
   /// Binds all sockets; the simulator must outlive the runtime and have the config's scene, with its mesh.
-  /// Where the configuration asks for a recording, its file is created; when that ends early, on_recording_failed is
-  /// called with one line, on a thread of its own.
+  /// Where the configuration asks for a recording, its file is created, under another name where that is taken; that,
+  /// and when recording ends early or cannot begin for want of space, on_recording_failed is told with one line, in the
+  /// end on a thread of its own.
   /// Where a service manager has started the process, it is told how the daemon is doing, see ServiceManager.
   /// Throws BindError, core::ModelError, protocol::FileError, std::runtime_error.
   Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
@@ -58,11 +59,16 @@ class Runtime {
   std::vector<std::string> prefer_realtime();
   /// Called on the thread of run() when the alarm is raised and when it clears; must not block. Before run().
   void on_alarm(std::function<void(const AlarmAnswer&)> callback) { on_alarm_ = std::move(callback); }
+  /// Called once, on the thread of run(), where a hundred frames have come and not one name in them is a marker of the
+  /// scene, with how many names were passed over; must not block. Before run().
+  void on_strangers(std::function<void(std::uint64_t)> callback) { on_strangers_ = std::move(callback); }
   /// Makes SIGINT and SIGTERM stop.
   void stop_on_signals();
-  /// Makes SIGHUP read the configuration again, by `load`, while everything goes on, and take on what a running daemon
-  /// can, see changes_that_need_a_start. Both are told on the thread of run(). Before run().
-  void reload_on_hangup(Reload::Load load, Reload::Apply on_reloaded, Reload::Refuse on_refused);
+  /// Makes SIGHUP read the keys and, by `load`, the configuration again, while everything goes on, and take on what a
+  /// running daemon can, see Reload. What became of it is told on the thread of run(). Before run().
+  void reload_on_hangup(std::function<config::DaemonConfig()> load,
+                        std::function<void(const config::DaemonConfig&)> on_reloaded,
+                        std::function<void(const std::string&)> on_refused);
 
   const Counters& counters() const { return counters_; }
   /// After run() only.
@@ -71,9 +77,11 @@ class Runtime {
  private:
   void watch_simulation();
   void watch_alarm();
+  void watch_names();
 
   core::Simulator& simulator_;
   config::RealtimeConfig realtime_;
+  std::filesystem::path key_file_;
   boost::asio::io_context context_{1};  // one thread runs it
   Counters counters_;
   EventFd published_;
@@ -89,6 +97,8 @@ class Runtime {
   boost::asio::signal_set signals_;
   std::function<void(const AlarmAnswer&)> on_alarm_;
   bool alarm_raised_ = false;
+  std::function<void(std::uint64_t)> on_strangers_;  // null: told, or nobody wants to be
+  bool marker_seen_ = false;
   std::optional<Reload> reload_;  // last: its thread speaks to the context
 };
 

@@ -32,7 +32,8 @@ SealedPort::SealedPort(udp::socket& socket, protocol::SealChannel channel, std::
 void SealedPort::use(std::span<const config::PreSharedKey> keys) {
   if (sessions_ && std::ranges::equal(keys, keys_)) return;
   keys_.assign(keys.begin(), keys.end());
-  sessions_ = std::make_unique<protocol::SealedSessions>(channel_, keys_for(channel_, keys));
+  const std::uint64_t last_serial = sessions_ ? sessions_->last_serial() : 0;
+  sessions_ = std::make_unique<protocol::SealedSessions>(channel_, keys_for(channel_, keys), last_serial);
 }
 
 std::optional<SealedPort::Opened> SealedPort::open(std::span<const std::uint8_t> datagram, const udp::endpoint& from) {

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "daemon/frame_joiner.hpp"
-#include "daemon/session_recorder.hpp"
+#include "daemon/recorded_config.hpp"
 #include "protocol/file_content.hpp"
 #include "protocol/nexus_csv.hpp"
 
@@ -251,6 +251,9 @@ protocol::Trial trial_of_session(const config::DaemonConfig& config, RecordingRe
   std::vector<LiveFrame> live = frames.finish();
   report.frames = live.size();
   if (live.empty()) throw std::runtime_error("no tracker frame was recorded");
+  if (std::ranges::all_of(live, [](const LiveFrame& frame) { return frame.seen.empty() && frame.forces.empty(); }))
+    throw std::runtime_error("none of the names that the tracker sent is a marker, pad or target of " +
+                             config.bundle.scene.name);
   make_ascending(live);
   report.seconds = live.back().time - live.front().time;
   trial.rate_hz = rate_of(live, config.bundle.scene.rate);
@@ -278,11 +281,11 @@ std::vector<Stretch> find_pushes(const config::DaemonConfig& config, const proto
 
 ExportReport export_session(const fs::path& file, const fs::path& bundle, const fs::path& out) {
   RecordingReader reader(file);
-  const config::DaemonConfig config =
-      config::config_for_bundle(bundle.empty() ? fs::path(reader.header().bundle) : bundle);
-  if (hash_of_bundle(config.bundle) != reader.header().bundle_hash)
-    throw std::runtime_error(config.bundle.folder.string() + ": not the bundle that " + file.string() +
-                             " was recorded with, or changed since");
+  const config::DaemonConfig recorded = recorded_config(reader, file, bundle);
+  // All markers that the bundle knows, whichever were chosen then, by the names that the tracker gave them.
+  config::DaemonConfig config = config::config_for_bundle(recorded.bundle.folder);
+  config.tracker = recorded.tracker;
+  config.registration = recorded.registration;
   if (fs::exists(out / "bundle.json")) throw std::runtime_error(out.string() + ": holds a bundle already");
   ExportReport report;
   const protocol::Trial session = trial_of_session(config, reader, report);

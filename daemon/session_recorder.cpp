@@ -50,6 +50,16 @@ std::filesystem::path part_of_recording(const std::filesystem::path& file, std::
   return file.parent_path() / name;
 }
 
+std::filesystem::path free_recording(const std::filesystem::path& file) {
+  std::filesystem::path free = file;
+  for (int n = 2; std::filesystem::exists(free) || std::filesystem::exists(part_of_recording(free, 2)); ++n) {
+    std::string name = file.stem().string();
+    name.append("-").append(std::to_string(n)).append(file.extension().string());
+    free = file.parent_path() / name;
+  }
+  return free;
+}
+
 SessionRecorder::SessionRecorder(const std::filesystem::path& file, std::uint64_t max_bytes,
                                  const protocol::SessionHeader& header, const std::string& configuration,
                                  Counters& counters, std::function<void(const std::string&)> on_failure)
@@ -67,7 +77,6 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, std::uint64_
   std::signal(SIGXFSZ, SIG_IGN);
   if (const int error = open_part(); error != 0)
     throw std::system_error(error, std::generic_category(), name_ + ": cannot be created");
-  flush();
   if (failed_) {
     ::close(file_);
     throw std::system_error(ENOSPC, std::generic_category(), name_ + ": cannot be written");
@@ -76,7 +85,8 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, std::uint64_
   ::pthread_setname_np(thread_.native_handle(), "recorder");
 }
 
-// Creates the file of part_ and begins it; returns errno. Nothing may be pending.
+// Creates the file of part_ and writes its beginning, for a part without one is none; returns errno where it cannot be
+// created. Nothing may be pending.
 int SessionRecorder::open_part() {
   name_ = part_of_recording(first_, part_).string();
   file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
@@ -90,6 +100,8 @@ int SessionRecorder::open_part() {
     append({SessionRecordKind::configuration, header_.monotonic_ns, {text + begin, size}});
   }
   if (part_ > 1) append_number(SessionRecordKind::part, part_);
+  write_pending();
+  if (failed_) ::unlink(name_.c_str());
   return 0;
 }
 
@@ -186,6 +198,11 @@ void SessionRecorder::append(const protocol::SessionRecord& record) noexcept {
 }
 
 void SessionRecorder::flush() noexcept {
+  write_pending();
+  if (!failed_ && written_ >= max_bytes_) go_on_in_next_part();
+}
+
+void SessionRecorder::write_pending() noexcept {
   std::size_t done = 0;
   while (!failed_ && done < pending_size_) {
     const ssize_t size = ::write(file_, pending_.data() + done, pending_size_ - done);
@@ -203,7 +220,6 @@ void SessionRecorder::flush() noexcept {
     counters_.add(Count::records_written, pending_records_);
   }
   pending_size_ = pending_records_ = 0;
-  if (!failed_ && written_ >= max_bytes_) go_on_in_next_part();
 }
 
 void SessionRecorder::fail(int error) noexcept {

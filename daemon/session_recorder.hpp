@@ -27,6 +27,9 @@ std::uint64_t hash_of_bundle(const config::Bundle& bundle);
 /// The n-th file of a recording, from 1: `live.rec`, `live.2.rec`, ...
 std::filesystem::path part_of_recording(const std::filesystem::path& file, std::uint64_t n);
 
+/// `file`, or where it or its second part exist the first of `live-2.rec`, `live-3.rec`, ... of which neither does.
+std::filesystem::path free_recording(const std::filesystem::path& file);
+
 /// Writes what the daemon receives and answers to a file, and when that has grown to the next, on a thread of its own.
 /// The threads that hand records over never wait for it: what finds no room is counted and said in the file. What was
 /// handed over is in the kernel's hands within kFlush, so that killing the daemon loses no more. Where the file cannot
@@ -77,6 +80,7 @@ class SessionRecorder {
   void append_number(protocol::SessionRecordKind kind, std::uint64_t number) noexcept;
   void append(const protocol::SessionRecord& record) noexcept;
   void flush() noexcept;
+  void write_pending() noexcept;
   void fail(int error) noexcept;
 
   std::filesystem::path first_;

@@ -7,15 +7,14 @@
 #include <vector>
 
 #include "config/daemon_config.hpp"
-#include "config/json_reader.hpp"
 #include "core/simulator.hpp"
 #include "daemon/answer_messages.hpp"
 #include "daemon/explained_model.hpp"
 #include "daemon/frame_joiner.hpp"
 #include "daemon/frame_processor.hpp"
+#include "daemon/recorded_config.hpp"
 #include "daemon/recording_reader.hpp"
 #include "daemon/scene_loader.hpp"
-#include "daemon/session_recorder.hpp"
 #include "protocol/session_file.hpp"
 
 namespace tissued::daemon {
@@ -29,7 +28,6 @@ struct RecordedStep {
 };
 
 struct RecordedRun {
-  std::string configuration;
   std::vector<protocol::SessionRecord> arrivals;  // datagrams and deadlines, in order
   std::vector<RecordedStep> steps;
 };
@@ -46,9 +44,6 @@ RecordedRun read_run(RecordingReader& reader, ReplayReport& report) {
         if (const auto answer = protocol::read_answer_summary(record->body))
           run.steps.push_back({record->stamp_ns, *answer});
         break;
-      case SessionRecordKind::configuration:
-        run.configuration.append(record->body.begin(), record->body.end());
-        break;
       case SessionRecordKind::lost:
         report.lost += protocol::read_number(record->body).value_or(0);
         break;
@@ -56,6 +51,7 @@ RecordedRun read_run(RecordingReader& reader, ReplayReport& report) {
         report.recorded_hash = protocol::read_number(record->body);
         break;
       case SessionRecordKind::client_datagram:
+      case SessionRecordKind::configuration:
       case SessionRecordKind::part:
         break;
     }
@@ -157,18 +153,6 @@ class Repetition {
   Answer answer_, previous_;
 };
 
-config::DaemonConfig config_of(const RecordedRun& run, const RecordingReader& reader, const std::filesystem::path& file,
-                               const std::filesystem::path& bundle) {
-  std::vector<std::string> overrides;
-  if (!bundle.empty()) overrides.push_back("bundle=" + config::Json(bundle.string()).dump());
-  config::DaemonConfig config = config::config_from_text(run.configuration, file.string(), overrides);
-  if (hash_of_bundle(config.bundle) != reader.header().bundle_hash)
-    throw std::runtime_error(config.bundle.folder.string() + ": not the bundle that " + file.string() +
-                             " was recorded with, or changed since");
-  apply_model(config);
-  return config;
-}
-
 }  // namespace
 
 ReplayReport replay_session(const std::filesystem::path& file, const std::filesystem::path& bundle,
@@ -176,7 +160,8 @@ ReplayReport replay_session(const std::filesystem::path& file, const std::filesy
   RecordingReader reader(file);
   ReplayReport report;
   const RecordedRun run = read_run(reader, report);
-  const config::DaemonConfig config = config_of(run, reader, file, bundle);
+  config::DaemonConfig config = recorded_config(reader, file, bundle);
+  apply_model(config);
   Repetition repetition(config, run.steps, on_step, report);
   FrameJoiner joiner(config);
   for (const protocol::SessionRecord& arrival : run.arrivals)

@@ -58,7 +58,8 @@ void SimulationThread::run() noexcept {
       wake_up_.wait(ticket);
       continue;
     }
-    if (mesh_requested_.exchange(false, std::memory_order_acq_rel)) publish_mesh();
+    if (mesh_requested_.exchange(false, std::memory_order_acq_rel)) mesh_due_ = true;
+    if (mesh_due_) publish_mesh();
   }
 }
 
@@ -81,7 +82,8 @@ void SimulationThread::publish_answer() noexcept {
 }
 
 void SimulationThread::publish_mesh() noexcept {
-  processor_.snapshot(newest_, meshes_.back());
+  if (!processor_.snapshot(newest_, meshes_.back())) return;  // after the next step that gives an answer
+  mesh_due_ = false;
   meshes_.publish();
   on_published_();
 }

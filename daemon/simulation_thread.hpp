@@ -69,6 +69,7 @@ class SimulationThread {
   LatestValue<MeshSnapshot> meshes_;
   WakeUp wake_up_;
   std::atomic<bool> mesh_requested_{false};
+  bool mesh_due_ = false;  // the simulation thread's own: requested, and not published yet
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> step_began_ns_{0};  // also the step's number: no two begin at once
   std::atomic<std::uint64_t> braked_step_{0};

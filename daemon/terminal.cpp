@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
 #include <cstdlib>
 #include <string_view>
 
@@ -34,6 +35,8 @@ bool locale_is_utf8() {
 }
 
 }  // namespace
+
+bool stdout_is_written() { return std::fflush(stdout) == 0 && std::ferror(stdout) == 0; }
 
 bool stdout_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
 

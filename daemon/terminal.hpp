@@ -16,6 +16,9 @@ struct TerminalStyle {
 
 bool stdout_is_terminal();
 
+/// Writes out what is left; false where any of what was printed could not be written, as on a full disk.
+bool stdout_is_written();
+
 /// The terminal at standard output now; a user may resize it any time. NO_COLOR and the locale are respected.
 TerminalStyle terminal_style();
 

@@ -16,6 +16,7 @@
 #include "daemon/ctl_solve.hpp"
 #include "daemon/ctl_track.hpp"
 #include "daemon/ctl_watch.hpp"
+#include "daemon/terminal.hpp"
 
 namespace {
 
@@ -58,6 +59,10 @@ int main(int argc, char** argv) {
     return kUsage;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tissuectl: %s\n", error.what());
+    return kFailure;
+  }
+  if (!stdout_is_written()) {
+    std::fprintf(stderr, "tissuectl: standard output: cannot be written\n");
     return kFailure;
   }
   return exit_code;

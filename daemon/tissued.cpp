@@ -72,11 +72,15 @@ int serve(const config::DaemonConfig& config, core::Simulator& simulator, const 
   Runtime runtime(config, simulator, [](const std::string& line) { spdlog::error("{}", line); });
   runtime.stop_on_signals();
   runtime.on_alarm(log_alarm);
+  runtime.on_strangers([](std::uint64_t names) {
+    spdlog::warn(
+        "no marker of the bundle was seen in 100 frames, but {} other names: is it the right bundle, and "
+        "tracker.subject right?",
+        names);
+  });
   runtime.reload_on_hangup([&options] { return load_config(options); },
                            [&config](const config::DaemonConfig& wanted) { log_reload(config, wanted); },
-                           [](const std::string& reason) {
-                             spdlog::error("configuration not read again, the one so far stays: {}", reason);
-                           });
+                           [](const std::string& reason) { spdlog::error("{}", reason); });
   for (const std::string& refused : runtime.prefer_realtime()) spdlog::warn("{}", refused);
   std::printf("listening tracker=%u clients=%u", unsigned{runtime.tracker_port()}, unsigned{runtime.client_port()});
   if (const auto port = runtime.metrics_port()) std::printf(" metrics=%u", unsigned{*port});
@@ -95,7 +99,7 @@ int serve(const config::DaemonConfig& config, core::Simulator& simulator, const 
 int start(const StartOptions& options) {
   if (options.print_schema) {
     std::printf("%.*s", static_cast<int>(config::config_schema().size()), config::config_schema().data());
-    return 0;
+    return std::fflush(stdout) == 0 ? 0 : kRefusedByMachine;
   }
   const config::DaemonConfig config = load_config(options);
   if (options.check) {

@@ -37,9 +37,10 @@ TrackerReceiver::TrackerReceiver(boost::asio::io_context& context, const config:
 
 void TrackerReceiver::start() { wait_readable(); }
 
-void TrackerReceiver::apply(const config::DaemonConfig& config) {
-  pin_.apply(config.staleness);
-  if (sealed_) sealed_->use(config.keys);
+void TrackerReceiver::apply(const config::DaemonConfig& config) { pin_.apply(config.staleness); }
+
+void TrackerReceiver::use(std::span<const config::PreSharedKey> keys) {
+  if (sealed_) sealed_->use(keys);
 }
 
 void TrackerReceiver::close() {

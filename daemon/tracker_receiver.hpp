@@ -37,8 +37,10 @@ class TrackerReceiver {
 
   void start();
   void close();
-  /// Takes on staleness and other keys.
+  /// Takes on staleness.
   void apply(const config::DaemonConfig& config);
+  /// Believes these instead, where there were keys at the start.
+  void use(std::span<const config::PreSharedKey> keys);
   std::uint16_t port() const { return port_; }
   /// Frames received in the last second, skipped ones too.
   double rate_hz(std::uint64_t now_ns) const { return rate_.rate_hz(now_ns); }

@@ -12,7 +12,7 @@ namespace tissued::daemon {
 struct Verdict {
   protocol::Validity validity = protocol::Validity::no_data;
   std::uint16_t reasons = 0;  ///< protocol::ValidityReason bits
-  std::uint64_t age_ns = 0;   ///< of the tracker frame behind the answer; 0 without one
+  std::uint64_t age_ns = 0;   ///< of the tracker frame behind the answer, its delay included; 0 without one
 };
 
 /// Judges `answer` at `now_ns` (monotonic clock): what its step said, and what its age makes of it. Older than

@@ -10,7 +10,13 @@ constexpr std::array<const char*, 4> kEntityNames{"point", "curve", "surface", "
 
 // `<number of groups> <group> ...`; a negative tag means an entity that is turned over.
 std::vector<int> read_groups(RecordReader& reader) {
-  std::vector<int> groups(reader.count("number of physical groups", 2));
+  // Every element of the entity is kept once in each: more would let a small file fill the memory.
+  constexpr std::size_t kMostGroups = 64;
+  const std::size_t count = reader.count("number of physical groups", 2);
+  if (count > kMostGroups)
+    reader.fail("the entity is in " + std::to_string(count) + " physical groups, more than " +
+                std::to_string(kMostGroups));
+  std::vector<int> groups(count);
   for (int& group : groups) group = std::abs(reader.small_integer("physical group"));
   return groups;
 }

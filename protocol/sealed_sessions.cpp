@@ -8,7 +8,8 @@
 
 namespace tissued::protocol {
 
-SealedSessions::SealedSessions(SealChannel channel, std::span<const Key> keys) : secret_(SecretKey::random()) {
+SealedSessions::SealedSessions(SealChannel channel, std::span<const Key> keys, std::uint64_t last_serial)
+    : secret_(SecretKey::random()), serial_(last_serial) {
   keys_.reserve(keys.size());
   for (const Key& key : keys) {
     keys_.push_back({seal_key_id(key.pre_shared), key.allowed,

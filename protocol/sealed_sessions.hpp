@@ -49,8 +49,10 @@ class SealedSessions {
   };
 
   // Throws as draw_random does.
-  SealedSessions(SealChannel channel, std::span<const Key> keys);
+  SealedSessions(SealChannel channel, std::span<const Key> keys, std::uint64_t last_serial = 0);
   SealedSessions(const SealedSessions&) = delete;
+  // Of the newest contact: where keys are exchanged, no serial may come to mean somebody else.
+  std::uint64_t last_serial() const { return serial_; }
   SealedSessions& operator=(const SealedSessions&) = delete;
 
   Opened open(std::span<const std::uint8_t> datagram, const SourceAddress& from);

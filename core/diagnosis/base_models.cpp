@@ -1,6 +1,7 @@
 #include "core/diagnosis/base_models.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "core/diagnosis/discretisation.hpp"
@@ -130,21 +131,33 @@ void place_markers(FitData& data) {
   known = (known.array().square() + placement.doubt.array().square()).sqrt().matrix();
 }
 
-double correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact) {
+FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact) {
   const RecordedSession& session = *exact.session;
   const Channels channels = channels_of(session.scene);
   constexpr double kUnknown = 2.0;
+  constexpr double kPushed = 1e-6;  // mm: of a trial in which nothing is pushed elements have nothing to err in
+  const auto is_pushed = [&](std::size_t k) { return exact.paths[k].peak_load() > kPushed; };
+  FinerJudgement judgement;
+  std::atomic<bool> hurried{false};
   std::vector<FinerAnswer> answers(exact.paths.size());
   work.all(
       exact.paths.size(),
       [&](std::size_t k) {
-        if (work.share_of_budget() > most_of_budget) return;
+        if (!is_pushed(k)) return;
+        if (work.share_of_budget() > most_of_budget) {
+          hurried = true;
+          return;
+        }
         const LoadPath& path = exact.paths[k];
         answers[k] = finer_answer(session.scene, at, path.keys()[path.key_at_peak()].pads);
       },
       0.1, 0.2, [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
   double square = 0.0, count = 0.0;
+  judgement.hurried = hurried;
   for (std::size_t k = 0; k < exact.paths.size(); ++k) {
+    if (!is_pushed(k)) continue;
+    judgement.pushed += 1;
+    judgement.judged += answers[k].solved ? 1 : 0;
     if (!answers[k].solved) {
       exact.errors.discretisation.row(static_cast<Eigen::Index>(k)) *= kUnknown;
       continue;
@@ -160,7 +173,8 @@ double correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitDat
     count += 3.0 * channels.markers;
   }
   exact.correction_sd = kCorrectionSd / kCorrectionMean;
-  return count > 0.0 ? std::sqrt(square / count) : 0.0;
+  judgement.rms_mm = count > 0.0 ? std::sqrt(square / count) : 0.0;
+  return judgement;
 }
 
 void correct_by_quadratic(FitData& fast) {

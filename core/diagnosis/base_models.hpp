@@ -20,9 +20,15 @@ FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const
 // What markers do that sit elsewhere than the scene has them, and how little is known of that.
 void place_markers(FitData& data);
 
+struct FinerJudgement {
+  double rms_mm = 0.0;         // what markers differ by at the peaks; 0 where nothing was judged
+  int judged = 0, pushed = 0;  // trials; of those in which anything is pushed
+  bool hurried = false;        // the time did not suffice
+};
+
 // What finer elements answer on the way to the peak of each trial, into `exact`, of the body as a fit has it. Trials
-// that the time does not suffice for are known less well. Returns what markers differ by, mm RMS.
-double correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact);
+// that could not be judged are known less well.
+FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact);
 
 // Makes the answers of linear elements those of quadratic ones where nothing is left out.
 void correct_by_quadratic(FitData& fast);

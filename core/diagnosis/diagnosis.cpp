@@ -21,7 +21,6 @@ namespace {
 constexpr double kModulusOff = 0.12;  // of the logarithm of Young's modulus: what the elements may err
 constexpr double kRatioOff = 0.015;   // of Poisson's ratio, likewise
 constexpr double kStructure = 1.5;    // of markers' structure_left: beyond, something is left to explain
-constexpr double kTemperature = 6.0;  // by which evidence is too sure of itself
 constexpr double kSurest = 0.98;      // probability
 constexpr double kSaid = 0.02;        // probability below which an alternative is not listed
 
@@ -29,13 +28,14 @@ const std::set<std::string> kMeasurement{"latency", "registration", "marker-slip
 
 double logistic(double x) { return 1.0 / (1.0 + std::exp(-x)); }
 
+// Beyond what elements may err, and beyond 95 %.
 bool numbers_differ(const Fit& fit, const Scene& scene) {
   if (!fit.solved || !fit.has("youngs_modulus")) return false;
   const double modulus = std::abs(std::log(fit.value("youngs_modulus") / scene.material.youngs_modulus));
   const double modulus_sd = fit.sd("youngs_modulus") / fit.value("youngs_modulus");
   const double ratio = std::abs(fit.value("poissons_ratio") - scene.material.poissons_ratio);
-  return (modulus > kModulusOff && modulus > 3.0 * modulus_sd) ||
-         (ratio > kRatioOff && ratio > 3.0 * fit.sd("poissons_ratio"));
+  return (modulus > kModulusOff && modulus > 2.0 * modulus_sd) ||
+         (ratio > kRatioOff && ratio > 2.0 * fit.sd("poissons_ratio"));
 }
 
 std::vector<RowMatrix> residuals_of(const Fit& fit) {
@@ -57,7 +57,8 @@ bool matters(const SearchResult& result, const Candidate& with, const Candidate&
     return misfit_of(residuals_of(fit), channels, offset_of(result.exact, fit));
   };
   const Misfit before = misfit(without.exact), after = misfit(with.exact);
-  return std::pow(before.marker_mm, 2) - std::pow(after.marker_mm, 2) > std::pow(result.discretisation_mm, 2) ||
+  const double elements = std::max(result.discretisation_mm, result.unjudged_mm);
+  return std::pow(before.marker_mm, 2) - std::pow(after.marker_mm, 2) > std::pow(elements, 2) ||
          std::pow(after.force_N, 2) < kOfForces * std::pow(before.force_N, 2);
 }
 
@@ -65,10 +66,14 @@ bool matters(const SearchResult& result, const Candidate& with, const Candidate&
 const Candidate& chosen_of(const SearchResult& result) {
   const Candidate* chosen = &result.numbers;
   for (std::size_t r = 0; r < result.rounds.size() && !result.rounds[r].empty(); ++r) {
-    const Candidate& likeliest = result.rounds[r].front();
-    const bool is_judged = r == 0 || result.compares_fast || likeliest.exact.solved;
-    if (!is_judged || gain(result, likeliest, *chosen) < kAccept || !matters(result, likeliest, *chosen)) break;
-    chosen = &likeliest;
+    const auto is_accepted = [&](const Candidate& candidate) {
+      const bool is_judged = r == 0 || result.compares_fast || candidate.exact.solved;
+      return is_judged && gain(result, candidate, *chosen) >= kAccept && matters(result, candidate, *chosen);
+    };
+    const auto accepted = std::find_if(result.rounds[r].begin(), result.rounds[r].end(), is_accepted);
+    if (accepted == result.rounds[r].end()) break;
+    chosen = &*accepted;
+    if (accepted != result.rounds[r].begin()) break;  // the next round adds to the likeliest
   }
   return *chosen;
 }
@@ -163,12 +168,29 @@ void show_held_out(const RecordedSession& session, const SearchResult& result, c
   }
 }
 
-void name_alternatives(const Weights& weights, const Candidate& chosen, Diagnosis& diagnosis) {
+// All that is likely enough but what was found.
+void name_alternatives(const Weights& weights, const Candidate* found, Diagnosis& diagnosis) {
   for (const auto& [candidate, weight] : weights)
-    if (candidate != &chosen && weight > kSaid)
+    if (candidate != found && weight > kSaid)
       diagnosis.alternatives.push_back({candidate->name(), weight, candidate->best().chi_square});
   std::sort(diagnosis.alternatives.begin(), diagnosis.alternatives.end(),
             [](const Alternative& a, const Alternative& b) { return a.probability > b.probability; });
+}
+
+// Something without a name. map: becomes that of a force or pressure, where one would explain the markers.
+Finding unknown_of(const SearchResult& result, const Candidate& chosen, double probability, MismatchMap& map) {
+  Finding unknown;
+  unknown.kind = "unknown";
+  unknown.title = title_of("unknown");
+  unknown.summary = result.complete
+                        ? "None of the effects that this tool knows brings the markers' misfit down to noise."
+                        : "The markers do not fit, and the search was stopped before an explanation was found.";
+  unknown.probability = probability;
+  if (MismatchMap disturbed = disturbance_map(result.exact, result.numbers.best()); !disturbed.of_tet.empty())
+    map = std::move(disturbed);
+  if (!map.of_tet.empty()) unknown.where = Finding::Place{map.peak, map.radius};
+  set_when_left(result.exact, chosen.best(), unknown);
+  return unknown;
 }
 
 void judge(const SearchResult& result, const Candidate& chosen, const RecordedSession& session, Diagnosis& diagnosis) {
@@ -178,7 +200,10 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
                                                     session.is_dynamic() ? 1 : 15);
   diagnosis.grounds = grounds_of(result, left[0]);
   const bool unexplained = left[0] > kStructure;
-  const auto weights = weigh(result, chosen);
+  const double unknown_probability =
+      unexplained ? std::min(kSurest, logistic((left[0] - kStructure) / (0.2 * kStructure))) : 0.0;
+  Weights weights = weigh(result, chosen);
+  for (auto& weight : weights) weight.second *= 1.0 - unknown_probability;
   for (const std::string& kind : chosen.kinds) {
     Finding finding = finding_of(kind, chosen.best(), scene);
     finding.probability = probability_of(kind, weights);
@@ -192,20 +217,9 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
                                            : Verdict::missing_physics;
   MismatchMap map = mismatch_map(result, scene);
   if (unexplained) {
-    diagnosis.verdict = Verdict::unexplained;
-    Finding unknown;
-    unknown.kind = "unknown";
-    unknown.title = title_of("unknown");
-    unknown.summary = "None of the effects that this tool knows brings the markers' misfit down to noise.";
-    unknown.probability = logistic((left[0] - kStructure) / (0.2 * kStructure));
-    if (MismatchMap disturbed = disturbance_map(result.exact, result.numbers.best()); !disturbed.of_tet.empty())
-      map = std::move(disturbed);
-    if (!map.of_tet.empty()) unknown.where = Finding::Place{map.peak, map.radius};
-    set_when(result.exact, result.assumed, result.numbers.best(), unknown);
     // What was named does not explain it: it is an alternative, not a finding.
-    for (const Finding& finding : diagnosis.findings)
-      diagnosis.alternatives.push_back({finding.kind, 1.0 - unknown.probability, chosen.best().chi_square});
-    diagnosis.findings = {unknown};
+    diagnosis.findings = {unknown_of(result, chosen, unknown_probability, map)};
+    diagnosis.verdict = Verdict::unexplained;
   }
   if (numbers_differ(chosen.best(), scene)) {
     Finding numbers = finding_of("parameters", chosen.best(), scene);
@@ -214,11 +228,11 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
     if (diagnosis.verdict == Verdict::no_mismatch) diagnosis.verdict = Verdict::parameters;
   }
   if (diagnosis.verdict != Verdict::no_mismatch) diagnosis.mismatch_map = map.of_tet;
-  name_alternatives(weights, chosen, diagnosis);
+  name_alternatives(weights, unexplained ? nullptr : &chosen, diagnosis);
 }
 
 // A search that was stopped while markers do not fit has not shown that there is nothing, nor that nothing has a name.
-void doubt(Diagnosis& diagnosis) {
+void doubt(const SearchResult& result, const Candidate& chosen, const Scene& scene, Diagnosis& diagnosis) {
   constexpr double kMisfit = 1.3;  // of the noise
   constexpr double kEven = 0.5;
   const bool misfits = diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm;
@@ -226,12 +240,19 @@ void doubt(Diagnosis& diagnosis) {
   for (Finding& finding : diagnosis.findings) finding.probability = std::min(finding.probability, kEven);
   if (diagnosis.verdict != Verdict::no_mismatch && diagnosis.verdict != Verdict::parameters) return;
   diagnosis.verdict = Verdict::unexplained;
-  Finding unknown;
-  unknown.kind = "unknown";
-  unknown.title = title_of("unknown");
-  unknown.summary = "The markers do not fit, and the search was stopped before an explanation was found.";
-  unknown.probability = kEven;
-  diagnosis.findings.push_back(std::move(unknown));
+  MismatchMap map = mismatch_map(result, scene);
+  diagnosis.findings.push_back(unknown_of(result, chosen, kEven, map));
+  diagnosis.mismatch_map = map.of_tet;
+  for (Alternative& alternative : diagnosis.alternatives) alternative.probability *= 1.0 - kEven;
+}
+
+// What would tell the two likeliest explanations apart.
+std::string next_experiment_of(const Diagnosis& diagnosis, const Candidate& chosen) {
+  if (diagnosis.alternatives.empty() || diagnosis.verdict == Verdict::no_mismatch) return {};
+  const std::string& rival = diagnosis.alternatives.front().kind;
+  const std::string experiment = std::string(experiment_for(rival)) + ".";
+  if (diagnosis.verdict == Verdict::unexplained) return "To see whether it is " + rival + " after all: " + experiment;
+  return "To tell " + chosen.name() + " from " + rival + ": " + experiment;
 }
 
 }  // namespace
@@ -258,6 +279,7 @@ Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options)
   diagnosis.bundle = session.scene.name;
   diagnosis.complete = result.complete;
   if (!result.complete) diagnosis.remarks.emplace_back("Stopped before its end: not all explanations were tried.");
+  diagnosis.remarks.insert(diagnosis.remarks.end(), result.remarks.begin(), result.remarks.end());
   if (!result.assumed.solved)
     throw ModelError("the assumed physics has no equilibrium on the way: " + result.assumed.trouble);
   const Candidate& chosen = chosen_of(result);
@@ -274,12 +296,10 @@ Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options)
   diagnosis.trials = fitted.misfits;
   diagnosis.courses = std::move(fitted.courses);
   diagnosis.markers = std::move(fitted.markers);
-  if (!result.complete) doubt(diagnosis);
+  if (!result.complete) doubt(result, chosen, session.scene, diagnosis);
   show_held_out(session, result, chosen, offsets, options.threads > 0 ? options.threads : omp_get_num_procs(),
                 diagnosis);
-  if (!diagnosis.alternatives.empty() && diagnosis.verdict != Verdict::no_mismatch)
-    diagnosis.next_experiment = "To tell " + chosen.name() + " from " + diagnosis.alternatives.front().kind + ": " +
-                                std::string(experiment_for(diagnosis.alternatives.front().kind)) + ".";
+  diagnosis.next_experiment = next_experiment_of(diagnosis, chosen);
   diagnosis.explained = chosen;
   diagnosis.offset = offsets[2];
   diagnosis.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

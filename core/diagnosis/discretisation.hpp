@@ -20,7 +20,9 @@ struct FinerAnswer {
     return share * Eigen::RowVector3d(1, share, share * share) * differs;
   }
   Eigen::RowVectorXd force_factor(double share) const {
-    return Eigen::RowVector3d(1, share, share * share) * force_ratio;
+    // It was solved from a third of the push on; what is extrapolated must stay a ratio.
+    constexpr double kLeast = 0.1;
+    return (Eigen::RowVector3d(1, share, share * share) * force_ratio).cwiseMax(kLeast);
   }
 };
 

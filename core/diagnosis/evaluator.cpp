@@ -38,6 +38,11 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
       fit.trouble = data_->session->trials[k].name + ": " + solver.trouble();
       continue;
     }
+    if (!answer.values.allFinite()) {
+#pragma omp critical
+      fit.trouble = data_->session->trials[k].name + ": the answer is not finite";
+      continue;
+    }
     compare(k, unknowns, differentiate, answer, fit.residuals[k]);
     answer.by_parameter.clear();
     is_solved[k] = 1;

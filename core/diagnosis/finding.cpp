@@ -27,8 +27,8 @@ std::vector<FindingNumber> numbers_of(const std::string& kind, const Fit& fit, c
   if (const Effect* effect = find_effect(kind); effect != nullptr && kind != "parameters") {
     const std::vector<double> values = effect_values(*effect, fit, scene);
     numbers = effect->reported(values);
-    sds.assign(numbers.size(), 0.0);
     // To first order, through whatever `reported` does to the numbers.
+    std::vector<Values> slopes(numbers.size());
     for (std::size_t k = 0; k < values.size(); ++k) {
       const std::string name = model_parameter(*effect, effect->parameters()[k]);
       if (!fit.has(name)) continue;
@@ -37,8 +37,9 @@ std::vector<FindingNumber> numbers_of(const std::string& kind, const Fit& fit, c
       shifted[k] += step;
       const std::vector<EffectNumber> after = effect->reported(shifted);
       for (std::size_t i = 0; i < numbers.size(); ++i)
-        sds[i] = std::hypot(sds[i], (after[i].value - numbers[i].value) / step * fit.sd(name));
+        slopes[i].emplace_back(name, (after[i].value - numbers[i].value) / step);
     }
+    for (const Values& of_number : slopes) sds.push_back(fit.sd(of_number));
     return grouped(numbers, sds);
   }
   const auto belongs = [&kind](const std::string& name) {
@@ -93,21 +94,22 @@ Finding finding_of(const std::string& kind, const Fit& fit, const Scene& scene) 
   return finding;
 }
 
-void set_when(const FitData& data, const Fit& before, const Fit& after, Finding& finding) {
+namespace {
+
+// of_sample(trial, frame, channel): what counts, in units of the noise squared; not finite where there is nothing.
+template <typename OfFrame>
+void set_when(const FitData& data, const OfFrame& of_sample, Finding& finding) {
   static const std::array<const char*, 6> kPhases{"rest", "push", "hold", "release", "swing", "settled"};
   std::array<double, 6> gain{}, frames{};
   std::vector<double> of_trial;
   const RecordedSession& session = *data.session;
-  const auto a = pointers_to(before.residuals), b = pointers_to(after.residuals);
-  const Nuisances off_before = nuisances(data.errors, a), off_after = nuisances(data.errors, b);
   for (std::size_t k = 0; k < session.trials.size(); ++k) {
     double sum = 0.0;
     for (int f = 0; f < session.trials[k].frame_count(); ++f) {
       double of_frame = 0.0;
       for (int c = 0; c < channels_of(session.scene).count(); ++c) {
-        const double was = before.residuals[k].residual(f, c) - off_before.offset[c];
-        const double is = after.residuals[k].residual(f, c) - off_after.offset[c];
-        if (std::isfinite(was)) of_frame += (was * was - is * is) / std::pow(data.errors.noise[c], 2);
+        const double sample = of_sample(k, f, c) / std::pow(data.errors.noise[c], 2);
+        if (std::isfinite(sample)) of_frame += sample;
       }
       const int phase = phase_of(data.paths[k], session.trials[k], f);
       gain[phase] += of_frame;
@@ -127,6 +129,27 @@ void set_when(const FitData& data, const Fit& before, const Fit& after, Finding&
     if (gain[p] > gain[best]) best = p;
   }
   finding.phase = gain[best] > 0.5 * total ? kPhases[best] : "throughout";
+}
+
+}  // namespace
+
+void set_when(const FitData& data, const Fit& before, const Fit& after, Finding& finding) {
+  const Nuisances was = nuisances(data.errors, pointers_to(before.residuals)),
+                  is = nuisances(data.errors, pointers_to(after.residuals));
+  set_when(
+      data,
+      [&](std::size_t k, int f, int c) {
+        return std::pow(before.residuals[k].residual(f, c) - was.offset[c], 2) -
+               std::pow(after.residuals[k].residual(f, c) - is.offset[c], 2);
+      },
+      finding);
+}
+
+void set_when_left(const FitData& data, const Fit& fit, Finding& finding) {
+  const Nuisances off = nuisances(data.errors, pointers_to(fit.residuals));
+  set_when(
+      data, [&](std::size_t k, int f, int c) { return std::pow(fit.residuals[k].residual(f, c) - off.offset[c], 2); },
+      finding);
 }
 
 MismatchMap mismatch_map(const SearchResult& result, const Scene& scene) {

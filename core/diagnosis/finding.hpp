@@ -35,6 +35,9 @@ Finding finding_of(const std::string& kind, const Fit& fit, const Scene& scene);
 // Sets the trials, and the phase, in which `after` explains most of what `before` does not.
 void set_when(const FitData& data, const Fit& before, const Fit& after, Finding& finding);
 
+// Likewise of what a fit leaves.
+void set_when_left(const FitData& data, const Fit& fit, Finding& finding);
+
 // How much of the misfit a lump would explain: nearest of the places that were tried, by how much each promised.
 struct MismatchMap {
   std::vector<double> of_tet;  // 0 to 1; empty where no lump was tried

@@ -68,11 +68,18 @@ bool Fit::has(const std::string& name) const {
   return std::any_of(unknowns.begin(), unknowns.end(), [&](const Unknown& u) { return u.name == name; });
 }
 
-double Fit::sd(const std::string& name) const {
-  std::size_t j = 0;
-  const Unknown& unknown = find(*this, name, &j);
-  const auto at = static_cast<Eigen::Index>(j);
-  return unknown.slope() * std::sqrt(covariance(at, at));
+double Fit::sd(const std::string& name) const { return sd(Values{{name, 1.0}}); }
+
+double Fit::sd(const Values& slopes) const {
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(covariance.rows());
+  for (const auto& [name, by_value] : slopes) {
+    std::size_t j = 0;
+    const Unknown& unknown = find(*this, name, &j);
+    slope[static_cast<Eigen::Index>(j)] = by_value * unknown.slope();
+  }
+  // A fit that leaves more than noise and elements account for knows its numbers less well.
+  const double excess = count > 0 ? chi_square / count : 1.0;
+  return std::sqrt(std::max(kTemperature, excess) * slope.dot(covariance * slope));
 }
 
 std::vector<double> effect_values(const Effect& effect, const Fit& fit, const Scene& scene) {

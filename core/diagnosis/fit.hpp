@@ -47,7 +47,13 @@ struct Fit {
   double value(const std::string& name) const;  // throws std::out_of_range
   bool has(const std::string& name) const;
   double sd(const std::string& name) const;  // of the value
+  // Of a number that changes by so much with each of these values.
+  double sd(const Values& slopes) const;
 };
+
+// By which evidence is too sure of itself: what a model errs is alike in many frames at many markers. Precision
+// likewise.
+inline constexpr double kTemperature = 6.0;
 
 // All numbers of an effect of the fit's hypothesis, beside its parameters(): fitted, fixed, or neutral.
 std::vector<double> effect_values(const Effect& effect, const Fit& fit, const Scene& scene);

@@ -172,7 +172,10 @@ SearchResult search_motion(const RecordedSession& session, const SearchOptions& 
   const std::vector<Candidate> singles = motion_candidates(session);
   Candidate chosen = result.numbers;
   for (std::size_t r = 0; r < kMostRounds && result.numbers.fast.solved; ++r) {
-    if (work.over() || work.seconds() > kShareOfSearch * options.budget) break;
+    if (work.over() || work.seconds() > kShareOfSearch * options.budget) {
+      result.remarks.emplace_back("No further effect was looked for: the time left was for fitting those found.");
+      break;
+    }
     const double from = 0.15 + 0.12 * static_cast<double>(r);
     result.rounds.push_back(add_one(result.fast, chosen, singles, work, from, from + 0.12));
     shed(result.rounds.back());

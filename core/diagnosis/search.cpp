@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "core/diagnosis/base_models.hpp"
@@ -66,11 +67,16 @@ class Narrowing {
       : coarse_(&coarse), fast_(&fast), exact_(&exact), base_(&base), work_(&work) {
     const Values values = values_of(base.best());
     const FitControl control{3, 3.0};
-    on_coarse_ = fit(coarse, base.hypothesis, values, control).log_evidence;
-    on_fast_ = fit(fast, base.hypothesis, values, control).log_evidence;
+    const Fit on_coarse = fit(coarse, base.hypothesis, values, control),
+              on_fast = fit(fast, base.hypothesis, values, control);
+    has_base_ = on_coarse.solved && on_fast.solved;
+    on_coarse_ = on_coarse.log_evidence;
+    on_fast_ = on_fast.log_evidence;
   }
 
-  void run(std::vector<Candidate>& candidates, std::size_t most_exact, double from, double to) {
+  // False, and nothing is tried, where linear elements have no answer to what every candidate adds to.
+  bool run(std::vector<Candidate>& candidates, std::size_t most_exact, double from, double to) {
+    if (!has_base_) return false;
     const double first = from + 0.35 * (to - from), second = from + 0.6 * (to - from);
     work_->all(
         candidates.size(),
@@ -102,6 +108,7 @@ class Narrowing {
         },
         second, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
     std::stable_sort(candidates.begin(), candidates.end(), better);
+    return true;
   }
 
  private:
@@ -138,6 +145,7 @@ class Narrowing {
   const FitData *coarse_, *fast_, *exact_;
   const Candidate* base_;
   Work* work_;
+  bool has_base_ = false;
   double on_coarse_ = 0.0, on_fast_ = 0.0;
 };
 
@@ -153,10 +161,22 @@ bool nearly_explains(const FitData& data, const Fit& numbers) {
 // are assumed to be. What elements err depends on Poisson's ratio more than on anything else.
 void correct_elements(const RecordedSession& session, Work& work, SearchResult& result) {
   constexpr double kMostOfBudget = 0.5;
-  if (session.scene.mesh.tet_count() > kMostRefinedTets) return;
+  constexpr double kUnjudged = 0.1;  // mm
+  if (session.scene.mesh.tet_count() > kMostRefinedTets) {
+    result.unjudged_mm = kUnjudged;
+    result.remarks.push_back("What the elements err was not judged: the mesh has more than " +
+                             std::to_string(kMostRefinedTets) + " tetrahedra.");
+    return;
+  }
   const Fit& numbers = result.numbers.fast;
-  result.discretisation_mm =
+  const FinerJudgement judgement =
       correct_by_finer(nearly_explains(result.fast, numbers) ? numbers : Fit(), work, kMostOfBudget, result.exact);
+  if (judgement.judged < judgement.pushed)
+    result.remarks.push_back("What the elements err was judged in " + std::to_string(judgement.judged) + " of " +
+                             std::to_string(judgement.pushed) + " recordings with a push.");
+  result.complete = !judgement.hurried;
+  result.discretisation_mm = judgement.rms_mm;
+  if (judgement.judged == 0 && judgement.pushed > 0) result.unjudged_mm = kUnjudged;
   result.fast.errors = result.exact.errors;
 }
 
@@ -211,6 +231,13 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
   result.numbers.exact = result.assumed;
 }
 
+void say_untried(const char* what, const Work& work, SearchResult& result) {
+  if (work.stop) return;  // which is said anyway
+  result.complete = false;
+  result.remarks.push_back(std::string("Linear elements find no equilibrium where ") + what +
+                           " was to be looked for: it was not.");
+}
+
 void find_second(Work& work, SearchResult& result) {
   const Candidate first = result.rounds[0].front();
   FitData coarse = result.coarse, fast = result.fast;
@@ -230,8 +257,11 @@ void find_second(Work& work, SearchResult& result) {
       pairs.back().starts = std::move(starts);
     }
   }
-  Narrowing(coarse, fast, result.exact, first, work).run(pairs, kMostPairs, 0.62, 1.0);
-  result.rounds.push_back(std::move(pairs));
+  if (Narrowing(coarse, fast, result.exact, first, work).run(pairs, kMostPairs, 0.62, 1.0)) {
+    result.rounds.push_back(std::move(pairs));
+  } else {
+    say_untried("a second explanation", work, result);
+  }
 }
 
 // Elements err differently beside the first explanation than where they were judged: where a second one would be said,
@@ -242,7 +272,7 @@ void judge_second(const SearchOptions& options, Work& work, SearchResult& result
   if (!options.refine_mesh || result.exact.session->scene.mesh.tet_count() > kMostRefinedTets) return;
   if (!second.exact.solved || gain(result, second, first) < kAccept || work.over()) return;
   FitData data = result.exact;
-  const double discretisation = correct_by_finer(first.exact, work, kMostOfBudget, data);
+  const double discretisation = correct_by_finer(first.exact, work, kMostOfBudget, data).rms_mm;
   const int threads = std::exchange(data.threads, work.threads());
   std::array<Fit, 2> again;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -275,16 +305,22 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
       };
       return weight(a) > weight(b);
     });
-    Narrowing(result.coarse, result.fast, result.exact, result.numbers, work).run(singles, kMostExact, 0.3, 0.6);
+    if (!Narrowing(result.coarse, result.fast, result.exact, result.numbers, work).run(singles, kMostExact, 0.3, 0.6))
+      say_untried("an explanation", work, result);
+    // By what they are accepted by, and not by what a single marker may say.
+    const auto judged = std::find_if(singles.begin(), singles.end(), [](const auto& c) { return !c.exact.solved; });
+    std::stable_sort(singles.begin(), judged, [&](const Candidate& a, const Candidate& b) {
+      return advantage(result, a) > advantage(result, b);
+    });
     const bool has_first =
         !singles.empty() && singles.front().exact.solved && advantage(result, singles.front()) >= kAccept;
     result.rounds.push_back(std::move(singles));
     if (has_first && !work.over()) {
       find_second(work, result);
-      if (!result.rounds[1].empty()) judge_second(options, work, result);
+      if (result.rounds.size() > 1 && !result.rounds[1].empty()) judge_second(options, work, result);
     }
   }
-  result.complete = !work.stop;
+  result.complete = result.complete && !work.stop;
   for (FitData* data : {&result.coarse, &result.fast, &result.exact}) data->stop = nullptr;  // it was this search's
   return result;
 }

@@ -26,7 +26,9 @@ struct SearchResult {
   std::vector<std::vector<Candidate>> rounds;
   bool compares_fast = false;  // candidates were compared by `fast` only: of motions `exact` takes too long
   bool complete = true;
-  double discretisation_mm = 0.0;  // RMS of what finer elements say otherwise, markers at peak loads
+  double discretisation_mm = 0.0;    // RMS of what finer elements say otherwise, markers at peak loads; 0: not judged
+  double unjudged_mm = 0.0;          // what elements are taken to err that could not be judged
+  std::vector<std::string> remarks;  // what a reader should know of how it was searched
 };
 
 // The session must outlive the result.

@@ -168,7 +168,7 @@ TEST_CASE("The bundle's folder is relative to the configuration") {
   CHECK(load_daemon_config(absolute).bundle.scene.name == "block");
   const auto wrong = folder.write("configs/c.json", with(kFullConfig, "/bundle", "\"none\""));
   CHECK(refusal([&] { load_daemon_config(wrong); }) ==
-        (folder.path() / "configs/none/bundle.json").string() + ": no such file");
+        wrong.string() + ": /bundle: " + (folder.path() / "configs/none").string() + " holds no bundle.json");
 }
 
 TEST_CASE("What a configuration said is kept whole, and means the same wherever it is read") {

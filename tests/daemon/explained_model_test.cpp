@@ -46,6 +46,7 @@ core::Diagnosis sample(const core::Scene& scene) {
   diagnosis.courses[0].name = "gravity";
   diagnosis.courses[1].name = "load52";
   diagnosis.explained.hypothesis = fit.hypothesis;
+  diagnosis.bundle = scene.name;
   return diagnosis;
 }
 
@@ -98,6 +99,8 @@ TEST_CASE("a model that is wrong is refused with file, key and reason", "[diagno
   };
   using Catch::Matchers::Contains;
   CHECK_THAT(message_of("/format", "x"), Contains(file.path.string()) && Contains("/format"));
+  CHECK_THAT(message_of("/format", 1), Contains(file.path.string()) && Contains("/format"));
+  CHECK_THAT(message_of("/bundle", "another"), Contains("/bundle") && Contains("another") && Contains(scene.name));
   CHECK_THAT(message_of("/effects/0/kind", "magic"), Contains("/effects/0/kind") && Contains("magic"));
   CHECK_THAT(message_of("/effects/0/parameters/g1", 7.0), Contains("/effects/0/parameters/g1") && Contains("0.95"));
   CHECK_THAT(message_of("/effects/0/parameters/g1", "a"), Contains("not a number"));

@@ -78,6 +78,7 @@ class FakeSimulator : public tissued::core::Simulator {
     report.markers_too_late = too_late;
     report.converged = converged;
     report.finite = finite;
+    report.pad_ramp = pad_ramp;
     for (const auto seen : observation.marker_seen) report.markers_used += seen;
     report.markers_used -= rejected;
     if (!observation.marker_seen.empty() && observation.marker_seen[0]) {
@@ -123,6 +124,7 @@ class FakeSimulator : public tissued::core::Simulator {
   std::atomic<int> rejected{0};
   std::atomic<int> too_late{0};  // of the markers observed
   std::atomic<bool> converged{true};
+  std::atomic<double> pad_ramp{0.0};
   std::atomic<bool> finite{true};
   std::atomic<bool> poison_target{false};
   std::atomic<bool> refuse_time_step{false};

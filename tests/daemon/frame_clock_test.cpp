@@ -1,5 +1,6 @@
 #include "daemon/frame_clock.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <random>
@@ -123,4 +124,36 @@ TEST_CASE("A rate change that the simulator refuses is offered again a second la
   }
   CHECK(offers == 3);
   CHECK(clock.period() == 0.01);
+}
+
+TEST_CASE("What is longer under way than the quickest frame is said, also when clocks drift") {
+  FrameClock clock(0.01);
+  constexpr std::uint64_t kEpoch = 1'700'000'000'000 * kMs;  // the tracker's clock
+  std::uint32_t number = 0;
+  const auto delay_after = [&](double under_way_ms, double drift = 0.0) {
+    ++number;
+    const auto sent = static_cast<std::uint64_t>(10.0 * number * (1.0 + drift) * kMs);
+    const auto received = static_cast<std::uint64_t>((10.0 * number + under_way_ms) * kMs);
+    return 1e3 * clock.advance(FrameBuilder(number).stamp(kEpoch + sent).received(received).frame).delay;
+  };
+  CHECK(delay_after(5.0) == 0.0);
+  CHECK(delay_after(3.0) == 0.0);
+  CHECK(delay_after(4.0) == Approx(1.0).margin(0.05));
+  CHECK(delay_after(253.0) == Approx(250.0).margin(0.5));
+  for (int frame = 0; frame < 100; ++frame) delay_after(253.0);
+  CHECK(delay_after(253.0) == Approx(249.0).margin(1.0));  // a second later still
+  // A tracker's clock that is a ten-thousandth slow is no delay.
+  number = 0;
+  FrameClock drifting(0.01);
+  double most = 0.0;
+  for (std::uint32_t k = 1; k <= 20000; ++k)
+    most = std::max(most, drifting
+                              .advance(FrameBuilder(k)
+                                           .stamp(kEpoch + static_cast<std::uint64_t>(10.0 * k * 0.9999 * kMs))
+                                           .received(10 * k * kMs)
+                                           .frame)
+                              .delay);
+  CHECK(most < 1e-4);
+  // One that is set back is another clock.
+  CHECK(clock.advance(FrameBuilder(500).stamp(5 * kMs).received(9'000 * kMs).frame).delay == 0.0);
 }

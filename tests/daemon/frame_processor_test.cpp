@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 
+#include "daemon/validity.hpp"
 #include "protocol/prediction_messages.hpp"
 #include "tests/daemon/fake_simulator.hpp"
 #include "tests/daemon/tracker_frames.hpp"
@@ -257,6 +258,13 @@ TEST_CASE("A step says why its answer is to be used with care") {
   CHECK(reasons_after(rest_frame(3)) == ValidityReason::kMarkersRejected);
   bench.simulator.rejected = 0;
   CHECK(reasons_after(FrameBuilder(4).stamp(40 * kMs)) == ValidityReason::kNoMarkers);
+  bench.simulator.rejected = 2;
+  CHECK(reasons_after(rest_frame(4)) == (ValidityReason::kMarkersRejected | ValidityReason::kFewMarkers));
+  bench.simulator.rejected = 0;
+  bench.simulator.pad_ramp = 0.2;
+  CHECK(reasons_after(rest_frame(4)) == ValidityReason::kNotConverged);
+  bench.simulator.pad_ramp = 0.05;
+  CHECK(reasons_after(rest_frame(4)) == 0);
   CHECK(reasons_after(rest_frame(5).completion(protocol::FrameCompletion::superseded)) ==
         ValidityReason::kPartialFrame);
   bench.simulator.delay_ms = 12;
@@ -265,12 +273,32 @@ TEST_CASE("A step says why its answer is to be used with care") {
   CHECK(reasons_after(rest_frame(7).pad("A1", Vec3(12, 13, 13))) == 0);
   CHECK(reasons_after(rest_frame(8)) == ValidityReason::kPadMissing);
   CHECK(bench.counters[Count::pads_held] == 1);
+  // Nobody has seen it leave the skin.
+  bench.simulator.delay_ms = 0;
+  for (std::uint32_t number = 9; number < 40; ++number)
+    CHECK(reasons_after(rest_frame(number)) == ValidityReason::kPadMissing);
+  CHECK(reasons_after(rest_frame(40).pad("A1", Vec3(13, 13, 13))) == 0);
+  for (std::uint32_t number = 41; number < 60; ++number) reasons_after(rest_frame(number));
+  CHECK(reasons_after(rest_frame(60)) == 0);
+}
+
+TEST_CASE("A frame that was long under way is as old as it is") {
+  Bench bench;
+  CHECK(bench.process(rest_frame(1)).delay_ns == 0);
+  FrameBuilder late = rest_frame(2);
+  late.received(late.frame.receive_ns + 300 * kMs);
+  const Answer& answer = bench.process(late);
+  CHECK(1e-6 * static_cast<double>(answer.delay_ns) == Approx(300.0).margin(1.0));
+  const daemon::Verdict verdict = daemon::judge(answer, answer.receive_ns, bench.config.staleness);
+  CHECK(verdict.age_ns == answer.delay_ns);
+  CHECK((verdict.reasons & ValidityReason::kTrackerSilent) != 0);
 }
 
 TEST_CASE("Plain Vicon frames, which do not say how many datagrams they have, are not called partial") {
   Bench bench;
   FrameBuilder frame(1);
-  frame.marker("M1", Vec3(0, 0, 40)).completion(protocol::FrameCompletion::deadline);
+  frame.marker("M1", Vec3(0, 0, 40)).marker("M2", Vec3(40, 0, 0)).marker("M3", Vec3(0, 40, 0));
+  frame.completion(protocol::FrameCompletion::deadline);
   CHECK(bench.process(frame).reasons == 0);
 }
 
@@ -308,6 +336,9 @@ TEST_CASE("A simulation lost in space is brought back to rest, and its answer is
   CHECK(held.tracker_frame == 1);
   CHECK(bench.simulator.resets == 1);
   CHECK(bench.counters[Count::steps_not_finite] == 1);
+  // The body at rest is not that of the answer.
+  daemon::MeshSnapshot mesh(4);
+  CHECK_FALSE(bench.processor->snapshot(bench.answer, mesh));
   CHECK(bench.process(rest_frame(3)).reasons == 0);
 }
 

@@ -366,6 +366,19 @@ TEST_CASE("A key made by tissuectl opens tissued, until its line is taken out an
   program.signal(SIGHUP);
   CHECK(eventually([&] { return shell(query + " --keys b >out 2>&1") == 0; }, 20s));
   CHECK(shell(query + " --keys a 2>err") == 1);
+  // A bundle that is at fault keeps nobody's key believed, nor does its being the last.
+  REQUIRE(shell("mv bundle.json away.json && : >keys") == 0);
+  program.signal(SIGHUP);
+  CHECK(eventually([&] { return shell(query + " --keys b >out 2>&1") == 1; }, 20s));
+  // What cannot be read says nothing about keys.
+  REQUIRE(shell("mv away.json bundle.json && cat a t >keys") == 0);
+  program.signal(SIGHUP);
+  CHECK(eventually([&] { return shell(query + " --keys a >out 2>&1") == 0; }, 20s));
+  REQUIRE(shell("echo nonsense >keys") == 0);
+  program.signal(SIGHUP);
+  std::this_thread::sleep_for(500ms);
+  CHECK(shell(query + " --keys a >out 2>&1") == 0);
   program.signal(SIGTERM);
   CHECK(program.wait() == 0);
+  CHECK_THAT(program.rest_of_stderr(), Catch::Matchers::Contains("keys not read again"));
 }

@@ -35,19 +35,24 @@ core::Vec3 marker_at(std::size_t frame, int marker) {
 bool is_lost(std::size_t frame) { return frame % 97 == 50; }
 
 // As tissued would have recorded it: some frames never came, a marker is hidden now and then.
-Bytes recording(const config::Bundle& bundle) {
+Bytes recording(const config::Bundle& bundle, const std::string& more = "", const std::string& prefix = "") {
   protocol::SessionHeader header;
   header.scene = name_of("cube");
   header.bundle = bundle.folder.string();
   header.bundle_hash = hash_of_bundle(bundle);
   Bytes bytes(protocol::kSessionHeaderSize);
   write_session_header(header, bytes);
+  const std::string text = R"({"format": "tissued-config/1", "bundle": ")" + bundle.folder.string() + "\"" + more + "}";
+  Bytes configuration(protocol::kSessionRecordOverhead + text.size());
+  protocol::write_session_record({protocol::SessionRecordKind::configuration, 1, Bytes(text.begin(), text.end())},
+                                 configuration);
+  bytes.insert(bytes.end(), configuration.begin(), configuration.end());
   for (std::size_t f = 0; f < kFrames; ++f) {
     if (is_lost(f)) continue;
     FrameBuilder frame(static_cast<std::uint32_t>(f + 1));
     frame.stamp((100 + f) * std::uint64_t{10'000'000});
     frame.pad("A1", core::Vec3(40.0 - depth_at(f), 20, 20)).force("A1", core::Vec3(-0.5, 0, 0.25));
-    for (int m = 0; m < 4; ++m) frame.marker(kMarkers[m], marker_at(f, m), m == 2 && f % 10 == 3);
+    for (int m = 0; m < 4; ++m) frame.marker(prefix + kMarkers[m], marker_at(f, m), m == 2 && f % 10 == 3);
     std::array<protocol::TrackerPacket, protocol::kMaxPacketsPerFrame> packets;
     const std::size_t count = protocol::encode_tracker_frame(frame.frame, packets);
     for (std::size_t p = 0; p < count; ++p) {
@@ -103,6 +108,15 @@ TEST_CASE("every push of a recorded session is a trial of the exported bundle") 
     CHECK(trial.position(f, pad)[0] == 40.0 - depth_at(first + f));
     CHECK(trial.force(f, trial.find_device("A1").value())[2] == 0.25);
   }
+}
+
+TEST_CASE("names are read as the daemon read them") {
+  const TemporaryFolder folder, work;
+  const config::Bundle bundle = config::load_bundle(write_cube_bundle(folder));
+  write(work.path() / "live.rec", recording(bundle, R"(, "tracker": {"subject": "cube7"})", "cube7:"));
+  export_session(work.path() / "live.rec", "", work.path() / "out");
+  const protocol::Trial trial = read_trial(config::load_bundle(work.path() / "out").find_trial("live-001")->file);
+  CHECK(trial.is_seen(60, trial.find_label("M1").value()));
 }
 
 TEST_CASE("a recording of another bundle is not exported, nor over a bundle, nor what is none") {

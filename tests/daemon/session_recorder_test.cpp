@@ -164,9 +164,20 @@ TEST_CASE("a recording that exists already is not written over, one in which not
     RunningDaemon daemon(config);
     CHECK(std::filesystem::exists(config.record));
     FakeSimulator simulator;
-    CHECK_THROWS_AS(Runtime(config, simulator), std::system_error);
+    std::vector<std::string> told;
+    {
+      const Runtime another(config, simulator, [&](const std::string& line) { told.push_back(line); });
+      CHECK(free_recording(config.record).filename() == "live-3.rec");
+    }
+    REQUIRE(told.size() == 1);
+    CHECK(told[0].find("live-2.rec") != std::string::npos);
+    Counters counters;
+    CHECK_THROWS_AS(SessionRecorder(config.record, 1000, {}, "", counters, {}), std::system_error);
   }
   CHECK_FALSE(std::filesystem::exists(config.record));
+  // Nor is it mixed with the later parts of one that is gone.
+  std::ofstream(part_of_recording(config.record, 2)) << "x";
+  CHECK(free_recording(config.record).filename() == "live-2.rec");
 }
 
 TEST_CASE("killed, the daemon leaves a recording of all but the last moment, on a full disk it serves on") {

@@ -24,6 +24,12 @@ void check_hand_mesh(const MeshFile& mesh) {
   CHECK_FALSE(mesh.orientation_reversed);
 }
 
+const std::string kManyGroups = [] {
+  std::string line = "10 10 10 65";
+  for (int group = 1; group <= 65; ++group) line.append(" ").append(std::to_string(group));
+  return line + " 0";
+}();
+
 struct Refusal {
   const char* from;
   const char* to;
@@ -158,6 +164,7 @@ TEST_CASE("a bad Gmsh 4.1 file is refused at its line") {
                              {"1 1 2 1\n1 0", "1 1 1 1\n1 0", 16, "where $EndEntities should be"},
                              {"1 1 2 1\n1 0", "1 1 2 900\n1 0", 11, "more than the rest"},
                              {"10 10 10 1 22 0", "10 10 10 900 22 0", 15, "more than the rest"},
+                             {"10 10 10 1 22 0", kManyGroups.c_str(), 15, "more than 64"},
                              {"10 10 10 1 22 0", "10 10 10 1 22", 15, "ends before the number of boundary entities"},
                              {"2 0 0 0 10 10 10 1 22 0", "1 0 0 0 10 10 10 1 22 0", 15, "entity 1 is given twice"},
                              {"3 5 3 90", "3 6 3 90", 33, "the blocks hold 5 nodes, the section says 6"},

@@ -392,6 +392,18 @@ TEST_CASE("a challenge answered after somebody lost his place is asked once more
   CHECK(ends.daemon.has_place(establish(ends.client, ends.daemon, kHome)));
 }
 
+TEST_CASE("a contact from before keys were exchanged is nobody's after it") {
+  Ends ends;
+  const auto before = establish(ends.client, ends.daemon, kHome);
+  const std::vector<SealedSessions::Key> others{{sample_key(1)}};
+  SealedSessions after(SealChannel::client, others, ends.daemon.last_serial());
+  SealedContact next(SealChannel::client, sample_key(1));
+  const auto contact = establish(next, after, sample_address(8));
+  CHECK(contact.place == before.place);
+  CHECK_FALSE(after.has_place(before));
+  CHECK(sealed(after, before, Bytes{1}).empty());
+}
+
 TEST_CASE("nobody is no contact") {
   Ends ends;
   CHECK_FALSE(ends.daemon.has_place({}));

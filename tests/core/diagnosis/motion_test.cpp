@@ -158,7 +158,7 @@ void check_found(const Diagnosis& diagnosis, const std::string& name, double tru
       if (finding.kind + "." + number.name != name) continue;
       CAPTURE(name, truth, number.sd[0]);
       CHECK(number.value[0] == Approx(truth).margin(3.0 * number.sd[0]));
-      CHECK(number.sd[0] < truth / 3.0);
+      CHECK(number.sd[0] < truth / 2.0);
       return;
     }
   FAIL_CHECK(name << " was not found");
