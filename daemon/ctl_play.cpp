@@ -37,7 +37,8 @@ std::vector<Recording> load_recordings(const config::Bundle& bundle, const std::
     if (info == nullptr) {
       std::vector<std::string> known;
       for (const config::TrialInfo& trial : bundle.trials) known.push_back(trial.name);
-      throw UsageError("bundle " + bundle.scene.name + " has no trial " + name + "; it has " + join_or(known));
+      throw UsageError("bundle " + bundle.scene.name + " has no trial " + name + "; it has " +
+                       (known.empty() ? "none" : join_or(known)));
     }
     recordings.emplace_back(bundle, *info, read_trial(info->file));
   }
