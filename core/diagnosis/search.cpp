@@ -274,15 +274,18 @@ void judge_second(const SearchOptions& options, Work& work, SearchResult& result
   FitData data = result.exact;
   const double discretisation = correct_by_finer(first.exact, work, kMostOfBudget, data).rms_mm;
   const int threads = std::exchange(data.threads, work.threads());
-  std::array<Fit, 2> again;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Candidate& candidate = i == 0 ? first : second;
-    again[i] = fit(data, candidate.hypothesis, values_of(candidate.exact), kExact);
-    shed(again[i]);
+  const std::array<Candidate*, 3> judged{&first, &second, &result.numbers};
+  std::array<Fit, 3> again;
+  for (std::size_t i = 0; i < judged.size(); ++i) {
+    again[i] = fit(data, judged[i]->hypothesis, values_of(judged[i]->exact), kExact);
+    if (judged[i] != &result.numbers) shed(again[i]);
+    if (work.over() || !again[i].solved) return;
   }
-  if (work.over() || !again[0].solved || !again[1].solved) return;
-  first.exact = std::move(again[0]);
-  second.exact = std::move(again[1]);
+  // What was not fitted again keeps its advantage over numbers alone.
+  const double shift = again[2].log_evidence - result.numbers.exact.log_evidence;
+  for (std::vector<Candidate>& round : result.rounds)
+    for (Candidate& candidate : round) candidate.exact.log_evidence += shift;
+  for (std::size_t i = 0; i < judged.size(); ++i) judged[i]->exact = std::move(again[i]);
   data.threads = threads;
   result.exact = std::move(data);
   result.discretisation_mm = discretisation;
