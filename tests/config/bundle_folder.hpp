@@ -1,8 +1,6 @@
 // A bundle on disk for one test, gone afterwards.
 #pragma once
 
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +9,7 @@
 
 #include "config/config_error.hpp"
 #include "config/json_reader.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace tissued::config {
 
@@ -43,27 +42,12 @@ inline const char* const kFullBundle = R"({
     "loads": [{"edge": [[0, 0, 30], [0, 30, 30]], "force": [0, 0, -0.5], "mass": 52}]}}
 })";
 
-class BundleFolder {
+class BundleFolder : public TemporaryFolder {
  public:
   explicit BundleFolder(const std::string& bundle = kFullBundle) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "tissued-config-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-    path_ = pattern;
     write("bundle.json", bundle);
     write("block.msh", "");
   }
-  ~BundleFolder() { std::filesystem::remove_all(path_); }
-  BundleFolder(const BundleFolder&) = delete;
-  BundleFolder& operator=(const BundleFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name, std::ios::binary) << text;
-    return path_ / name;
-  }
-
- private:
-  std::filesystem::path path_;
 };
 
 // The document with the value at `key` replaced, or taken out where `value` is "".

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 // A bundle that the real simulators can be built from: a cube of 40 mm in six tetrahedra, held at z = 0, a pad at
 // x = 40 mm.

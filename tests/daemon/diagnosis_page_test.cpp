@@ -9,7 +9,7 @@
 #include "daemon/diagnosis_words.hpp"
 #include "daemon/mismatch_field.hpp"
 #include "tests/daemon/diagnosis_samples.hpp"
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued;
 using namespace tissued::daemon;

@@ -5,7 +5,7 @@
 #include "config/daemon_config.hpp"
 #include "core/simulator.hpp"
 #include "daemon/ctl_options.hpp"
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued;
 using namespace tissued::daemon;

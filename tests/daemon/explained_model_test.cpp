@@ -9,7 +9,7 @@
 #include "config/bundle.hpp"
 #include "config/config_error.hpp"
 #include "daemon/scene_loader.hpp"
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "daemon/canvas.hpp"
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued;
 using namespace tissued::daemon;

@@ -12,8 +12,8 @@
 #include "daemon/bound_socket.hpp"
 #include "tests/daemon/loopback_peers.hpp"
 #include "tests/daemon/running_daemon.hpp"
-#include "tests/daemon/temporary_folder.hpp"
 #include "tests/daemon/tracker_frames.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued::daemon;
 using namespace std::chrono_literals;

@@ -8,7 +8,7 @@
 
 #include "daemon/ctl_options.hpp"
 #include "daemon/evaluation_trace.hpp"
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued::daemon;
 

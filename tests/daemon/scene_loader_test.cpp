@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued;
 using Catch::Matchers::Contains;

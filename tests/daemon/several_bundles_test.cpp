@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "tests/daemon/evaluation_bundle.hpp"
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace {
 

@@ -12,7 +12,7 @@
 
 #include "tests/daemon/evaluation_bundle.hpp"
 #include "tests/daemon/fake_daemon.hpp"
-#include "tests/daemon/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued;
 using namespace tissued::daemon;

@@ -8,7 +8,7 @@
 
 #include "protocol/file_content.hpp"
 #include "tests/protocol/c3d_bytes.hpp"
-#include "tests/protocol/scratch_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued::protocol;
 using namespace tissued::tests;
@@ -268,9 +268,9 @@ TEST_CASE("any byte of a C3D file may be wrong") {
 TEST_CASE("what is written as C3D reads back, rounded to float") {
   Trial trial = parse(small_c3d_file(Machine::intel).content());
   trial.positions[0] = {1.0 / 3.0, -1e-17, 12345.678901234567};
-  const ScratchFolder folder;
-  write_c3d(trial, folder / "b.c3d");
-  const Trial read = read_c3d(folder / "b.c3d");
+  const TemporaryFolder folder;
+  write_c3d(trial, folder.path() / "b.c3d");
+  const Trial read = read_c3d(folder.path() / "b.c3d");
   CHECK(read.rate_hz == trial.rate_hz);
   CHECK(read.first_frame == trial.first_frame);
   CHECK(read.frame_count == trial.frame_count);
@@ -282,8 +282,8 @@ TEST_CASE("what is written as C3D reads back, rounded to float") {
       CHECK(read.positions[i][axis] == static_cast<float>(trial.positions[i][axis]));
     }
   }
-  CHECK(std::filesystem::file_size(folder / "b.c3d") % 512 == 0);
-  CHECK_THROWS_AS(read_c3d(folder / "c.c3d"), FileError);
+  CHECK(std::filesystem::file_size(folder.path() / "b.c3d") % 512 == 0);
+  CHECK_THROWS_AS(read_c3d(folder.path() / "c.c3d"), FileError);
 }
 
 TEST_CASE("many points and many frames survive writing") {

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "protocol/mesh_file.hpp"
-#include "tests/protocol/scratch_folder.hpp"
 #include "tests/protocol/text_edit.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued::protocol;
 using namespace tissued::tests;
@@ -48,9 +48,9 @@ TEST_CASE("a bad displacement table is refused at its line") {
 TEST_CASE("a displacement table reads back to the same bits") {
   DisplacementTable table = parse_displacement_csv(kTable, "a.csv");
   table.rest[1] = {1.0 / 3.0, -0.0, 1e-300};
-  const ScratchFolder folder;
-  write_displacement_csv(table, folder / "b.csv");
-  const DisplacementTable read = read_displacement_csv(folder / "b.csv");
+  const TemporaryFolder folder;
+  write_displacement_csv(table, folder.path() / "b.csv");
+  const DisplacementTable read = read_displacement_csv(folder.path() / "b.csv");
   CHECK(read.rest == table.rest);
   CHECK(read.displacement == table.displacement);
   CHECK(std::signbit(read.rest[1][1]));

@@ -11,7 +11,7 @@
 #include "protocol/gmsh_file.hpp"
 #include "protocol/mesh_check.hpp"
 #include "tests/protocol/hand_meshes.hpp"
-#include "tests/protocol/scratch_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued::protocol;
 using namespace tissued::tests;
@@ -86,24 +86,24 @@ std::string box_as_gmsh2(int nx, int ny, int nz) {
 }  // namespace
 
 TEST_CASE("a mesh is read by its extension") {
-  const ScratchFolder folder;
-  write_file_content(folder / "a.msh", kGmsh2);
-  write_file_content(folder / "b.1.node", kTetgenNode);
-  write_file_content(folder / "b.1.ele", kTetgenEle);
-  CHECK(read_mesh(folder / "a.msh").surfaces.size() == 2);
-  CHECK(read_mesh(folder / "b.1.node").surfaces.empty());
-  write_file_content(folder / "b.1.face", kTetgenFace);
-  const MeshFile mesh = read_mesh(folder / "b.1.ele");
+  const TemporaryFolder folder;
+  write_file_content(folder.path() / "a.msh", kGmsh2);
+  write_file_content(folder.path() / "b.1.node", kTetgenNode);
+  write_file_content(folder.path() / "b.1.ele", kTetgenEle);
+  CHECK(read_mesh(folder.path() / "a.msh").surfaces.size() == 2);
+  CHECK(read_mesh(folder.path() / "b.1.node").surfaces.empty());
+  write_file_content(folder.path() / "b.1.face", kTetgenFace);
+  const MeshFile mesh = read_mesh(folder.path() / "b.1.ele");
   CHECK(mesh.surfaces.size() == 2);
-  CHECK(mesh.node_file == (folder / "b.1.node").string());
+  CHECK(mesh.node_file == (folder.path() / "b.1.node").string());
 
-  CHECK_THROWS_WITH(read_mesh(folder / "c.msh"), Contains("c.msh: cannot be opened: No such file"));
-  CHECK_THROWS_AS(read_mesh(folder / "c.msh"), FileError);
-  CHECK_THROWS_WITH(read_mesh(folder / "c.stl"), Contains("'.stl' is no mesh format"));
-  std::filesystem::remove(folder / "b.1.node");
-  CHECK_THROWS_WITH(read_mesh(folder / "b.1.ele"), Contains("b.1.node: cannot be opened"));
-  std::filesystem::create_directory(folder / "d.msh");
-  CHECK_THROWS_WITH(read_mesh(folder / "d.msh"), Contains("is a folder"));
+  CHECK_THROWS_WITH(read_mesh(folder.path() / "c.msh"), Contains("c.msh: cannot be opened: No such file"));
+  CHECK_THROWS_AS(read_mesh(folder.path() / "c.msh"), FileError);
+  CHECK_THROWS_WITH(read_mesh(folder.path() / "c.stl"), Contains("'.stl' is no mesh format"));
+  std::filesystem::remove(folder.path() / "b.1.node");
+  CHECK_THROWS_WITH(read_mesh(folder.path() / "b.1.ele"), Contains("b.1.node: cannot be opened"));
+  std::filesystem::create_directory(folder.path() / "d.msh");
+  CHECK_THROWS_WITH(read_mesh(folder.path() / "d.msh"), Contains("is a folder"));
 }
 
 TEST_CASE("an error is one line of file, line and reason") {

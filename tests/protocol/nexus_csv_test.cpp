@@ -11,8 +11,8 @@
 
 #include "protocol/file_content.hpp"
 #include "tests/protocol/hand_export.hpp"
-#include "tests/protocol/scratch_folder.hpp"
 #include "tests/protocol/text_edit.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued::protocol;
 using namespace tissued::tests;
@@ -224,13 +224,13 @@ TEST_CASE("what is written as an export reads back to the same bits") {
   trial.forces[0] = {0.1 + 0.2, -0.0, 1e300};
   check_same(parse_nexus_csv(format_nexus_csv(trial), "a.csv"), trial);
 
-  const ScratchFolder folder;
-  write_nexus_csv(trial, folder / "b.csv");
-  const Trial read = read_nexus_csv(folder / "b.csv");
+  const TemporaryFolder folder;
+  write_nexus_csv(trial, folder.path() / "b.csv");
+  const Trial read = read_nexus_csv(folder.path() / "b.csv");
   check_same(read, trial);
-  CHECK(read.file == (folder / "b.csv").string());
-  CHECK_THROWS_AS(write_nexus_csv(trial, folder / "none" / "b.csv"), FileError);
-  CHECK_THROWS_AS(read_nexus_csv(folder / "c.csv"), FileError);
+  CHECK(read.file == (folder.path() / "b.csv").string());
+  CHECK_THROWS_AS(write_nexus_csv(trial, folder.path() / "none" / "b.csv"), FileError);
+  CHECK_THROWS_AS(read_nexus_csv(folder.path() / "c.csv"), FileError);
 }
 
 TEST_CASE("a name that a cell cannot hold is not written") {

@@ -9,10 +9,9 @@
 
 #include "protocol/file_content.hpp"
 #include "protocol/file_error.hpp"
-#include "tests/protocol/scratch_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 using namespace tissued::protocol;
-using tissued::tests::ScratchFolder;
 
 namespace {
 
@@ -24,12 +23,12 @@ const std::vector<double> kPressure{1, 2, 3, 4, 5};
 }  // namespace
 
 TEST_CASE("a .vtu is what Python's XML reader and the format's manual make of it") {
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   const std::vector<PointField> fields{{"displacement", 3, kDisplacement}, {"<p> & \"q\"", 1, kPressure}};
-  write_vtu(folder / "a.vtu", kNodes, kTets, fields);
-  const std::string out = (folder / "out.txt").string();
+  write_vtu(folder.path() / "a.vtu", kNodes, kTets, fields);
+  const std::string out = (folder.path() / "out.txt").string();
   const std::string command = std::string(TISSUED_PYTHON) + " " + TISSUED_SOURCE_DIR "/tests/protocol/read_vtu.py " +
-                              (folder / "a.vtu").string() + " > " + out;
+                              (folder.path() / "a.vtu").string() + " > " + out;
   REQUIRE(std::system(command.c_str()) == 0);
 
   std::istringstream values(read_file_content(out));

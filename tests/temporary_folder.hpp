@@ -27,7 +27,7 @@ class TemporaryFolder {
 
   std::filesystem::path write(const std::string& name, const std::string& content) const {
     const auto file = path_ / name;
-    std::ofstream(file) << content;
+    std::ofstream(file, std::ios::binary) << content;
     return file;
   }
 
