@@ -7,21 +7,15 @@
 #include <utility>
 #include <variant>
 
-#include "daemon/answer_messages.hpp"
 #include "daemon/bound_socket.hpp"
-#include "daemon/metrics_text.hpp"
 #include "daemon/monotonic_clock.hpp"
-#include "daemon/name_table.hpp"
 #include "daemon/source_address.hpp"
-#include "daemon/validity.hpp"
-#include "daemon/version.hpp"
 
 namespace tissued::daemon {
 
 namespace {
 
 using boost::asio::ip::udp;
-using protocol::NameKind;
 
 constexpr int kMaxDrain = 64;  // requests before the tracker has its turn again
 constexpr std::chrono::milliseconds kTick{10};
@@ -29,39 +23,6 @@ constexpr std::uint64_t kShortestHeldPeriod_ns = 10'000'000;  // of a held answe
 constexpr std::uint64_t kHeldPeriod_ns = 100'000'000;         // the same, where every frame was asked for
 constexpr std::uint64_t kShortestStatusPeriod_ns = 100'000'000;
 constexpr std::size_t kErrorSize = protocol::kHeaderSize + 4;
-
-std::size_t place_of(NameKind kind) { return static_cast<std::size_t>(kind); }
-
-// For people to read: what does not fit into a name is cut off.
-protocol::Name shown_name(const std::string& text) {
-  std::string printable = text.substr(0, protocol::Name::kCapacity);
-  std::replace_if(
-      printable.begin(), printable.end(), [](char c) { return c < 0x20 || c > 0x7E; }, '?');
-  return protocol::Name::from(printable.empty() ? "?" : printable).value_or(protocol::Name{});
-}
-
-template <typename Items>
-std::vector<protocol::Name> names_of(const Items& items) {
-  std::vector<protocol::Name> names;
-  for (const auto& item : items) names.push_back(wire_name(item.name));
-  return names;
-}
-
-protocol::HelloReply introduce(const config::DaemonConfig& config, const core::Scene& scene) {
-  protocol::HelloReply hello;
-  hello.version = shown_name(kVersion);
-  hello.model = shown_name(scene.name);
-  hello.simulator = shown_name(config.simulator.kind);
-  hello.units = shown_name("mm s N");
-  hello.nominal_rate_hz = scene.rate;
-  hello.node_count = static_cast<std::uint32_t>(scene.mesh.node_count());
-  hello.tetrahedron_count = static_cast<std::uint32_t>(scene.mesh.tet_count());
-  hello.triangle_count = static_cast<std::uint32_t>(scene.mesh.find_surface(scene.skin_surface)->triangles.size());
-  hello.target_count = static_cast<std::uint16_t>(scene.targets.size());
-  hello.marker_count = static_cast<std::uint16_t>(scene.markers.size());
-  hello.pad_count = static_cast<std::uint16_t>(scene.pads.size());
-  return hello;
-}
 
 }  // namespace
 
@@ -71,35 +32,23 @@ ClientServer::ClientServer(boost::asio::io_context& context, const config::Daemo
     : socket_(bind_udp(context, "clients", config.clients.address, config.clients.port)),
       ticker_(context),
       port_(socket_.local_endpoint().port()),
-      staleness_(config.staleness),
       max_lease_ns_(static_cast<std::uint64_t>(config.clients.lease.count())),
       max_requests_per_s_(config.clients.max_requests_per_s),
       prove_addresses_(config.clients.prove_addresses),
       sealed_(SealedPort::make(socket_, protocol::SealChannel::client, config.keys, counters)),
       simulation_(simulation),
       counters_(counters),
-      tracker_rate_hz_(std::move(tracker_rate_hz)),
       recorder_(recorder),
       peers_(static_cast<std::size_t>(config.clients.max_subscribers)),
       sender_(socket_, std::random_device{}(), counters, sealed_.get()),
+      answers_(config, scene, simulation, peers_, sender_, counters, std::move(tracker_rate_hz)),
       bulk_(context, scene, peers_, sender_, counters, [this] { serve_mesh_wishes(); }),
-      hello_(introduce(config, scene)),
-      images_(config.bundle.probe_images),
-      started_ns_(monotonic_ns()) {
-  names_[place_of(NameKind::target)] = names_of(scene.targets);
-  names_[place_of(NameKind::marker)] = names_of(scene.markers);
-  names_[place_of(NameKind::pad)] = names_of(scene.pads);
-  names_[place_of(NameKind::probe)] = names_of(scene.probes);
-  images_.resize(scene.probes.size());
-  for (std::size_t i = 0; i < Counters::kSize; ++i) {
-    names_[place_of(NameKind::counter)].push_back(shown_name(Counters::name(i)));
-  }
-}
+      introduction_(config, scene) {}
 
 void ClientServer::start() { wait_readable(); }
 
 void ClientServer::apply(const config::DaemonConfig& config) {
-  staleness_ = config.staleness;
+  answers_.apply(config.staleness);
   max_lease_ns_ = static_cast<std::uint64_t>(config.clients.lease.count());
   max_requests_per_s_ = config.clients.max_requests_per_s;
 }
@@ -215,25 +164,15 @@ bool ClientServer::is_repeated(Peer& peer, const protocol::Header& header) {
 }
 
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Hello&) {
-  sender_.send(peer, sequence, hello_);
+  sender_.send(peer, sequence, introduction_.hello());
 }
 
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryNames& request) {
-  const auto& table = names_[static_cast<std::size_t>(request.kind)];
-  protocol::Names message;
-  message.kind = request.kind;
-  message.total = static_cast<std::uint16_t>(table.size());
-  std::size_t next = 0;
-  do {
-    message.first = static_cast<std::uint16_t>(next);
-    message.names.clear();
-    while (next < table.size() && message.names.push_back(table[next])) ++next;
-    sender_.send(peer, sequence, message);
-  } while (next < table.size());
+  introduction_.for_each_part(request.kind, [&](const protocol::Names& part) { sender_.send(peer, sequence, part); });
 }
 
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryTargets&) {
-  send_predictions(peer, sequence, false);
+  answers_.send_predictions(peer, sequence, false);
 }
 
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryMesh& request) {
@@ -249,11 +188,11 @@ void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::Qu
 }
 
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryStatus&) {
-  send_status(peer, sequence);
+  answers_.send_status(peer, sequence);
 }
 
 void ClientServer::handle(Peer& peer, std::uint32_t sequence, const protocol::QueryProbes&) {
-  if (!simulation_.answer().probes.empty()) return send_probe_views(peer, sequence);
+  if (!simulation_.answer().probes.empty()) return answers_.send_probe_views(peer, sequence);
   sender_.send(peer, sequence,
                protocol::Error{protocol::ErrorReason::not_available, protocol::ClientRefusal::none,
                                static_cast<std::uint8_t>(protocol::MessageType::query_probes)});
@@ -306,75 +245,11 @@ void ClientServer::handle(Peer& peer, std::uint32_t sequence, const NotARequest&
   }
 }
 
-void ClientServer::send_predictions(Peer& peer, std::uint32_t in_reply_to, bool fresh) {
-  const Answer& answer = simulation_.answer();
-  const std::uint64_t send_ns = monotonic_ns();
-  const Verdict verdict = judge(answer, send_ns, staleness_);
-  const std::size_t parts = prediction_part_count(answer);
-  for (std::size_t part = 0; part < parts; ++part) {
-    sender_.send(peer, in_reply_to, prediction_part(answer, verdict, send_ns, part));
-  }
-  const bool held = !answer.has_frame || (answer.reasons & protocol::kDiverged) != 0;
-  if (!fresh || held) return;
-  const std::uint64_t latency_ns = monotonic_ns() - answer.receive_ns;
-  latency_.add(latency_ns);
-  latencies_.add(latency_ns);
-}
-
-void ClientServer::send_probe_views(Peer& peer, std::uint32_t in_reply_to) {
-  const Answer& answer = simulation_.answer();
-  const std::uint64_t send_ns = monotonic_ns();
-  const Verdict verdict = judge(answer, send_ns, staleness_);
-  for (std::size_t probe = 0; probe < answer.probes.size(); ++probe) {
-    const std::size_t parts = probe_view_part_count(answer, probe);
-    for (std::size_t part = 0; part < parts; ++part) {
-      sender_.send(peer, in_reply_to, probe_view_part(answer, images_[probe], verdict, send_ns, probe, part));
-    }
-  }
-}
-
-protocol::Status ClientServer::status(std::uint64_t now_ns) const {
-  const Verdict verdict = judge(simulation_.answer(), now_ns, staleness_);
-  protocol::Status status;
-  status.validity = verdict.validity;
-  status.reasons = verdict.reasons;
-  status.subscribers = static_cast<std::uint16_t>(peers_.subscriber_count());
-  status.uptime_ns = now_ns - started_ns_;
-  status.send_ns = now_ns;
-  status.latency_p50_ns = latency_.percentile_ns(0.5);
-  status.latency_p99_ns = latency_.percentile_ns(0.99);
-  status.latency_max_ns = latency_.max_ns();
-  status.step_p50_ns = step_time_.percentile_ns(0.5);
-  status.step_p99_ns = step_time_.percentile_ns(0.99);
-  status.step_max_ns = step_time_.max_ns();
-  status.tracker_rate_hz = tracker_rate_hz_();
-  status.step_rate_hz = step_rate_.rate_hz(now_ns);
-  status.alarm = alarm_state(simulation_.answer().alarm);
-  return status;
-}
-
-std::string ClientServer::metrics() const {
-  const protocol::Status now = status(monotonic_ns());
-  return metrics_text({now, simulation_.answer(), counters_, latencies_, step_times_});
-}
-
-void ClientServer::send_status(Peer& peer, std::uint32_t in_reply_to) {
-  protocol::Status status = this->status(monotonic_ns());
-  for (std::size_t part = 0; part < status_part_count(); ++part) {
-    fill_status_counters(status, counters_, part);
-    sender_.send(peer, in_reply_to, status);
-  }
-}
-
 bool ClientServer::on_published() {
   const bool answered = simulation_.fetch_answer();
   if (answered) {
     const std::uint64_t now_ns = monotonic_ns();
-    if (simulation_.answer().has_frame) {
-      step_time_.add(simulation_.answer().step_time_ns);
-      step_times_.add(simulation_.answer().step_time_ns);
-      step_rate_.note(now_ns);
-    }
+    answers_.note_step(now_ns);
     for (Peer& peer : peers_.all()) {
       // A frame that comes a little early is not left to wait for the next: trackers jitter.
       if (peer.grant && now_ns + peer.grant->period_ns / 4 >= peer.grant->due_ns) stream(peer, now_ns, true);
@@ -386,8 +261,8 @@ bool ClientServer::on_published() {
 
 void ClientServer::stream(Peer& peer, std::uint64_t now_ns, bool fresh) {
   Grant& grant = *peer.grant;
-  if (grant.what & protocol::kTargets) send_predictions(peer, 0, fresh);
-  if (grant.what & protocol::kProbes) send_probe_views(peer, 0);
+  if (grant.what & protocol::kTargets) answers_.send_predictions(peer, 0, fresh);
+  if (grant.what & protocol::kProbes) answers_.send_probe_views(peer, 0);
   const auto divisor = OverloadRule::mesh_divisor(simulation_.answer().overload);
   if ((grant.what & protocol::kMesh) && !peer.mesh_wish && grant.meshes_due++ % divisor == 0)
     peer.mesh_wish = MeshWish{0, grant.precision};
@@ -449,15 +324,13 @@ void ClientServer::tick(Peer& peer, std::uint64_t now_ns) {
     keep_contact(peer, false);
     return;
   }
-  const Answer& answer = simulation_.answer();
-  const auto stale_ns = static_cast<std::uint64_t>(staleness_.stale_after.count());
-  const bool silent = !answer.has_frame || now_ns > answer.receive_ns + stale_ns;
+  const bool silent = answers_.is_stale(now_ns);
   const std::uint64_t held_period_ns =
       grant.period_ns > 0 ? std::max(grant.period_ns, kShortestHeldPeriod_ns) : kHeldPeriod_ns;
   const bool streams_answers = (grant.what & (protocol::kTargets | protocol::kMesh | protocol::kProbes)) != 0;
   if (silent && streams_answers && now_ns >= grant.last_sent_ns + held_period_ns) stream(peer, now_ns, false);
   if ((grant.what & protocol::kStatus) && now_ns >= grant.status_due_ns) {
-    send_status(peer, 0);
+    answers_.send_status(peer, 0);
     grant.status_due_ns = now_ns + std::max(grant.period_ns, kShortestStatusPeriod_ns);
   }
 }

@@ -8,24 +8,20 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "config/daemon_config.hpp"
 #include "core/scene.hpp"
+#include "daemon/answer_sender.hpp"
 #include "daemon/bulk_transfers.hpp"
 #include "daemon/counters.hpp"
-#include "daemon/duration_histogram.hpp"
-#include "daemon/latency_window.hpp"
+#include "daemon/introduction.hpp"
 #include "daemon/message_sender.hpp"
 #include "daemon/peer_table.hpp"
-#include "daemon/rate_meter.hpp"
 #include "daemon/sealed_port.hpp"
 #include "daemon/session_recorder.hpp"
 #include "daemon/simulation_thread.hpp"
 #include "protocol/address_cookie.hpp"
 #include "protocol/client_messages.hpp"
-#include "protocol/status_messages.hpp"
 
 namespace tissued::daemon {
 
@@ -53,11 +49,7 @@ class ClientServer {
   /// The simulation has published something. Whether it is an answer.
   bool on_published();
 
-  const LatencyWindow& latency() const { return latency_; }
-  const LatencyWindow& step_time() const { return step_time_; }
-  /// How the daemon is doing, without the counters.
-  protocol::Status status(std::uint64_t now_ns) const;
-  std::string metrics() const;
+  const AnswerSender& answers() const { return answers_; }
 
  private:
   void wait_readable();
@@ -83,9 +75,6 @@ class ClientServer {
   template <typename NotARequest>
   void handle(Peer& peer, std::uint32_t sequence, const NotARequest&);
 
-  void send_predictions(Peer& peer, std::uint32_t in_reply_to, bool fresh);
-  void send_probe_views(Peer& peer, std::uint32_t in_reply_to);
-  void send_status(Peer& peer, std::uint32_t in_reply_to);
   void stream(Peer& peer, std::uint64_t now_ns, bool fresh);
   void serve_mesh_wishes();
 
@@ -96,7 +85,6 @@ class ClientServer {
   boost::asio::ip::udp::socket socket_;
   boost::asio::steady_timer ticker_;
   std::uint16_t port_ = 0;
-  config::StalenessConfig staleness_;
   std::uint64_t max_lease_ns_;
   double max_requests_per_s_;
   bool prove_addresses_;
@@ -104,19 +92,12 @@ class ClientServer {
   protocol::AddressCookie cookie_;
   SimulationThread& simulation_;
   Counters& counters_;
-  std::function<double()> tracker_rate_hz_;
   SessionRecorder* recorder_;
   PeerTable peers_;
   MessageSender sender_;
+  AnswerSender answers_;
   BulkTransfers bulk_;
-  protocol::HelloReply hello_;
-  std::vector<std::optional<core::ImagePlane>> images_;  // (probes)
-  std::array<std::vector<protocol::Name>, 5> names_;     // by protocol::NameKind
-  LatencyWindow latency_;                                // ns, from receiving a frame to sending its predictions
-  LatencyWindow step_time_;                              // ns
-  DurationHistogram latencies_, step_times_;             // since the start
-  RateMeter step_rate_;
-  std::uint64_t started_ns_;
+  Introduction introduction_;
   bool ticking_ = false;
   bool mesh_requested_ = false;
   bool serving_mesh_wishes_ = false;

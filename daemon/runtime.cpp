@@ -72,9 +72,10 @@ Runtime::Runtime(const config::DaemonConfig& config, core::Simulator& simulator,
           [this] { return receiver_.rate_hz(monotonic_ns()); }, recorder_.get()),
       published_watch_(context_, published_.descriptor()),
       signals_(context_) {
-  if (config.metrics.port) metrics_.emplace(context_, *config.metrics.port, [this] { return server_.metrics(); });
+  if (config.metrics.port)
+    metrics_.emplace(context_, *config.metrics.port, [this] { return server_.answers().metrics(); });
   if (ServiceManager::listens()) {
-    service_.emplace(context_, simulation_, [this](std::uint64_t now_ns) { return server_.status(now_ns); });
+    service_.emplace(context_, simulation_, [this](std::uint64_t now_ns) { return server_.answers().status(now_ns); });
   }
 }
 

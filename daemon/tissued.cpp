@@ -47,8 +47,8 @@ void log_alarm(const AlarmAnswer& alarm) {
 
 void log_summary(const Runtime& runtime, const core::Simulator& simulator) {
   const Counters& counters = runtime.counters();
-  const LatencyWindow& latency = runtime.server().latency();
-  const LatencyWindow& step = runtime.server().step_time();
+  const LatencyWindow& latency = runtime.server().answers().latency();
+  const LatencyWindow& step = runtime.server().answers().step_time();
   const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
   spdlog::info(
       "done: {} frames stepped, {} skipped; rest markers {} um off; step p50 {:.2f} p99 {:.2f} ms; receive-to-send p50 "

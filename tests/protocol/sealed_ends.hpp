@@ -23,7 +23,9 @@ using protocol::SourceAddress;
 
 inline const SourceAddress kHome = sample_address(1);
 
-inline std::vector<SealedSessions::Key> sample_keys() { return {{sample_key(0)}, {sample_key(1)}, {sample_key(2), false}}; }
+inline std::vector<SealedSessions::Key> sample_keys() {
+  return {{sample_key(0)}, {sample_key(1)}, {sample_key(2), false}};
+}
 
 struct Ends {
   SealedSessions daemon{SealChannel::client, sample_keys()};
@@ -47,7 +49,7 @@ inline std::string refusal_at(SealedContact& client, const Bytes& datagram) {
 
 // A datagram such as the owner of the key could make.
 inline Bytes forged(const SecretKey& pre_shared, SealDirection direction, SealHeader header, const Bytes& payload,
-             SealChannel channel = SealChannel::client) {
+                    SealChannel channel = SealChannel::client) {
   header.key_id = protocol::seal_key_id(pre_shared);
   Bytes datagram(protocol::kMaxSealed);
   datagram.resize(protocol::seal(protocol::seal_key(pre_shared, channel, direction), header, payload, datagram));

@@ -1,6 +1,5 @@
 // The daemon's table of sealed contacts: whose place is whose, and who loses it.
 
-
 #include "tests/protocol/sealed_ends.hpp"
 
 using namespace tissued::protocol;
