@@ -177,7 +177,7 @@ bool FemEquilibrium::correct(const Attempt& attempt, Eigen::VectorXd& x, Eigen::
     Eigen::VectorXd direction = factor_.solve(-residual);
     ++report.corrections;
     report.correction = largest_move(direction);
-    if (!std::isfinite(report.correction)) return false;
+    if (!std::isfinite(report.correction) || control.stopped()) return false;
     const bool is_small = report.correction < control.tolerance;
     if (!is_fresh && !is_small && report.correction > kWorthKeeping * last) {
       if (!refactor(attempt, x, report)) {
@@ -269,7 +269,7 @@ FemReport FemEquilibrium::find(const FemBalance& balance, const FemHold& hold, c
     ++report.cut_steps;
     factor_held_.clear();
     step = 0.4 * share;
-    if (step < control.smallest_load) break;
+    if (step < control.smallest_load || control.stopped()) break;
   }
   report.converged = report.load == 1.0;
   Eigen::VectorXd residual;

@@ -1,6 +1,7 @@
 // Newton's method for one balance of forces, and the path that leads there when the way is far.
 #pragma once
 
+#include <atomic>
 #include <string>
 
 #include "core/fem_assembler.hpp"
@@ -10,10 +11,12 @@
 namespace tissued::core {
 
 struct FemControl {
-  double tolerance = 1e-8;      // mm; largest move of a node in the last Newton correction
-  int max_corrections = 40;     // of one load step
-  double largest_move = 12.0;   // mm; a held node moves by at most this much in a load step
-  double smallest_load = 1e-3;  // share of the load; a step that would have to be smaller is given up
+  double tolerance = 1e-8;                  // mm; largest move of a node in the last Newton correction
+  int max_corrections = 40;                 // of one load step
+  double largest_move = 12.0;               // mm; a held node moves by at most this much in a load step
+  double smallest_load = 1e-3;              // share of the load; a step that would have to be smaller is given up
+  const std::atomic<bool>* stop = nullptr;  // set: everything is given up
+  bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 // What balances: scale (terms(x) - external) + matrix x + offset = 0 at free nodes.

@@ -93,8 +93,7 @@ void AnswerSender::note_step(std::uint64_t now_ns) {
 
 bool AnswerSender::is_stale(std::uint64_t now_ns) const {
   const Answer& answer = simulation_.answer();
-  return !answer.has_frame ||
-         now_ns > answer.receive_ns + static_cast<std::uint64_t>(staleness_.stale_after.count());
+  return !answer.has_frame || now_ns > answer.receive_ns + static_cast<std::uint64_t>(staleness_.stale_after.count());
 }
 
 }  // namespace tissued::daemon

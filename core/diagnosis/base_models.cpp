@@ -149,7 +149,7 @@ FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget
           return;
         }
         const LoadPath& path = exact.paths[k];
-        answers[k] = finer_answer(session.scene, at, path.keys()[path.key_at_peak()].pads);
+        answers[k] = finer_answer(session.scene, at, path.keys()[path.key_at_peak()].pads, &work.stop);
       },
       0.1, 0.2, [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
   double square = 0.0, count = 0.0;

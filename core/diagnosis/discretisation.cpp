@@ -28,14 +28,17 @@ std::vector<PadInput> part_of(const Scene& scene, std::span<const PadInput> pads
 }
 
 // (shares x channels); nothing where there is no equilibrium.
-std::optional<RowMatrix> along(const Scene& scene, const Fit& at, std::span<const PadInput> pads) {
+std::optional<RowMatrix> along(const Scene& scene, const Fit& at, std::span<const PadInput> pads,
+                               const std::atomic<bool>* stop) {
+  FemControl control = kControl;
+  control.stop = stop;
   PathSolver solver(scene, at.hypothesis.effects);
   set_numbers(at.hypothesis, at.unknowns, solver);
   FemState state = rest_state(solver.model());
   RowMatrix values(static_cast<Eigen::Index>(kShares.size()), channels_of(scene).count());
   for (std::size_t i = 0; i < kShares.size(); ++i) {
     const std::vector<PadInput> part = part_of(scene, pads, kShares[i]);
-    if (!solve_static(solver.equilibrium(), state, {part, nullptr}, kControl).converged) return std::nullopt;
+    if (!solve_static(solver.equilibrium(), state, {part, nullptr}, control).converged) return std::nullopt;
     values.row(static_cast<Eigen::Index>(i)) = solver.observe(state, part);
   }
   return values;
@@ -63,12 +66,13 @@ std::optional<double> finer_rest(const Scene& scene, std::span<const EdgeLoad> l
   return std::sqrt((*finer - *own).head(seen).squaredNorm() / static_cast<double>(seen));
 }
 
-FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads) {
+FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads,
+                         const std::atomic<bool>* stop) {
   constexpr double kUnloaded = 1e-3;  // N
   FinerAnswer answer;
   Scene fine = scene;
   fine.mesh = refined(scene.mesh);
-  const std::optional<RowMatrix> own = along(scene, at, pads), finer = own ? along(fine, at, pads) : std::nullopt;
+  const auto own = along(scene, at, pads, stop), finer = own ? along(fine, at, pads, stop) : std::nullopt;
   if (!finer) return answer;
   answer.solved = true;
   const Channels channels = channels_of(scene);

@@ -1,6 +1,7 @@
 // What the size of the elements costs: answers along a push by elements of half the size, against the session's own.
 #pragma once
 
+#include <atomic>
 #include <optional>
 
 #include "core/diagnosis/fit.hpp"
@@ -27,8 +28,9 @@ struct FinerAnswer {
 };
 
 // The way from rest to these pads by quadratic elements on scene's mesh and on its refinement, of the body as a fit has
-// it, too fast for it to relax. Solved at three parts of the way.
-FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads);
+// it, too fast for it to relax. Solved at three parts of the way; not solved where `stop` was set before the end.
+FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads,
+                         const std::atomic<bool>* stop = nullptr);
 
 // mm RMS per axis, of markers: what finer elements say otherwise of where the body comes to rest under its weight and
 // these loads. Nothing where there are too many elements, or no equilibrium.

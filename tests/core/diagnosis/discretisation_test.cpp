@@ -39,6 +39,17 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
   }
 }
 
+TEST_CASE("nothing is said of finer elements that were stopped on the way", "[diagnosis]") {
+  const Scene scene = testing::box_scene({2, 2, 2, 12.0});
+  std::vector<PadInput> pads(scene.pads.size());
+  pads[0].kind = PadInput::Kind::pose;
+  pads[0].center = scene.pads[0].center + 2.0 * scene.pads[0].direction;
+  std::atomic<bool> stop{false};
+  CHECK(finer_answer(scene, {}, pads, &stop).solved);
+  stop = true;
+  CHECK_FALSE(finer_answer(scene, {}, pads, &stop).solved);
+}
+
 TEST_CASE("what elements err at rest shrinks with their size", "[diagnosis]") {
   Scene scene = testing::box_scene({2, 2, 4, 10.0});
   scene.pads.clear();
