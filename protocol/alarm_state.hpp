@@ -12,7 +12,7 @@ struct AlarmState {
   bool watching = false;  // enough has been seen to judge
   bool raised = false;    // a diagnosis is due
   bool has_place = false;
-  std::uint32_t since_frame = 0;  // tracker frame that raised it; 0 while it is not raised
+  std::uint32_t since_frame = 0;  // tracker frame that raised it, as it was numbered then; 0 while it is not raised
   std::uint64_t since_ns = 0;     // when that frame was received, daemon's clock; 0 likewise
   double level = 0;               // evidence in units of what raises the alarm
   double misfit = 0;              // mm, RMS per axis, of the assumed physics at the markers
