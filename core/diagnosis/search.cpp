@@ -189,6 +189,18 @@ void rebase_on_numbers(Work& work, SearchResult& result) {
   if (again.solved) result.numbers.fast = std::move(again);
 }
 
+// Where numbers that are far off let the body buckle, stiffer elements may still answer as assumed. All else is
+// compared with other numbers: whether the assumed ones have an answer decides nothing.
+void assess_by_linear(const Hypothesis& nothing, SearchResult& result) {
+  FitData unhurried = result.fast;
+  unhurried.stop = nullptr;
+  Fit linear = assess(unhurried, nothing);
+  if (!linear.solved) return;
+  result.remarks.push_back("As assumed the body has no equilibrium on the way (" + result.assumed.trouble +
+                           "): what is said of it as assumed is by linear elements.");
+  result.assumed = std::move(linear);
+}
+
 // The assumed physics by all models, and its numbers refitted.
 void assess_assumed(const RecordedSession& session, const SearchOptions& options, Work& work, SearchResult& result) {
   const ErrorModel errors = error_model(session);
@@ -224,6 +236,7 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
     unhurried.stop = nullptr;
     result.assumed = assess(unhurried, nothing);
   }
+  if (!result.assumed.solved) assess_by_linear(nothing, result);
   shed(result.assumed);
   if (nearly_explains(result.exact, result.numbers.exact)) rebase_on_numbers(work, result);
   if (result.numbers.best().solved) return;
