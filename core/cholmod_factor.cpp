@@ -34,29 +34,25 @@ class OneThread {
   int levels_;
 };
 
-// OpenBLAS knows processors by their number, and takes one that is newer than itself for the oldest: 3 times slower
-// than by what the processor says it can do (Debian 12's on an Emerald Rapids).
-bool choose_kernels() {
-  constexpr const char* kChoice = "OPENBLAS_CORETYPE";
-  if (openblas_get_corename == nullptr || gotoblas_dynamic_quit == nullptr || gotoblas_dynamic_init == nullptr)
-    return false;
-  if (std::getenv(kChoice) != nullptr || std::string_view(openblas_get_corename()) != "Prescott") return false;
+// OpenBLAS knows processors by their number, and takes one that is newer than itself for the oldest. Before main, while
+// nobody else can be computing or reading the environment.
+struct KernelChoice {
+  KernelChoice() {
 #if defined(__x86_64__)
-  const bool has_avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                          __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
-  const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  if (!has_avx2) return false;
-  setenv(kChoice, has_avx512 ? "SkylakeX" : "Haswell", 1);
-  gotoblas_dynamic_quit();
-  gotoblas_dynamic_init();
-  return true;
-#else
-  return false;
+    constexpr const char* kChoice = "OPENBLAS_CORETYPE";
+    if (openblas_get_corename == nullptr || gotoblas_dynamic_quit == nullptr || gotoblas_dynamic_init == nullptr)
+      return;
+    if (std::getenv(kChoice) != nullptr || std::string_view(openblas_get_corename()) != "Prescott") return;
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return;
+    const bool has_avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                            __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
+    setenv(kChoice, has_avx512 ? "SkylakeX" : "Haswell", 1);
+    gotoblas_dynamic_quit();
+    gotoblas_dynamic_init();
 #endif
-}
-
-// Before main, while nobody else can be computing or reading the environment.
-[[maybe_unused]] const bool kKernelsChosen = choose_kernels();
+  }
+};
+const KernelChoice kKernelChoice;
 
 }  // namespace
 

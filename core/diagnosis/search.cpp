@@ -189,12 +189,16 @@ void rebase_on_numbers(Work& work, SearchResult& result) {
   if (again.solved) result.numbers.fast = std::move(again);
 }
 
+// What all else is judged by is had in any case, out of time or not.
+Fit assess_unhurried(FitData data, const Hypothesis& hypothesis) {
+  data.stop = nullptr;
+  return assess(data, hypothesis);
+}
+
 // Where numbers that are far off let the body buckle, stiffer elements may still answer as assumed. All else is
 // compared with other numbers: whether the assumed ones have an answer decides nothing.
 void assess_by_linear(const Hypothesis& nothing, SearchResult& result) {
-  FitData unhurried = result.fast;
-  unhurried.stop = nullptr;
-  Fit linear = assess(unhurried, nothing);
+  Fit linear = assess_unhurried(result.fast, nothing);
   if (!linear.solved) return;
   result.remarks.push_back("As assumed the body has no equilibrium on the way (" + result.assumed.trouble +
                            "): what is said of it as assumed is by linear elements.");
@@ -230,12 +234,7 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
           result.numbers.exact = fit(result.exact, result.numbers.hypothesis, values_of(result.numbers.fast), kExact);
       },
       0.2, 0.25, [](std::size_t) { return "the assumed physics"; });
-  // Stopped that early, all else is judged by the assumed physics, at least.
-  if (!result.assumed.solved && work.over()) {
-    FitData unhurried = result.exact;
-    unhurried.stop = nullptr;
-    result.assumed = assess(unhurried, nothing);
-  }
+  if (!result.assumed.solved && work.over()) result.assumed = assess_unhurried(result.exact, nothing);
   if (!result.assumed.solved) assess_by_linear(nothing, result);
   shed(result.assumed);
   if (nearly_explains(result.exact, result.numbers.exact)) rebase_on_numbers(work, result);
