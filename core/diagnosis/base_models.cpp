@@ -156,12 +156,10 @@ FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget
   judgement.hurried = hurried;
   for (std::size_t k = 0; k < exact.paths.size(); ++k) {
     if (!is_pushed(k)) continue;
-    judgement.pushed += 1;
-    judgement.judged += answers[k].solved ? 1 : 0;
-    if (!answers[k].solved) {
-      exact.errors.discretisation.row(static_cast<Eigen::Index>(k)) *= kUnknown;
-      continue;
-    }
+    judgement.reached.push_back(answers[k].reached);
+    const double extrapolated = 1.0 - answers[k].reached;
+    exact.errors.discretisation.row(static_cast<Eigen::Index>(k)) *= 1.0 + (kUnknown - 1.0) * extrapolated;
+    if (!answers[k].solved()) continue;
     const LoadPath& path = exact.paths[k];
     for (std::size_t i = 0; i < path.keys().size(); ++i) {
       const double share = path.keys()[i].load / path.peak_load();

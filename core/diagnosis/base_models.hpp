@@ -2,6 +2,8 @@
 // elements those of finer ones.
 #pragma once
 
+#include <algorithm>
+
 #include "core/diagnosis/work.hpp"
 
 namespace tissued::core {
@@ -21,13 +23,17 @@ FitData fit_data(const RecordedSession& session, const MotionSteps& steps, const
 void place_markers(FitData& data);
 
 struct FinerJudgement {
-  double rms_mm = 0.0;         // what markers differ by at the peaks; 0 where nothing was judged
-  int judged = 0, pushed = 0;  // trials; of those in which anything is pushed
-  bool hurried = false;        // the time did not suffice
+  double rms_mm = 0.0;          // what markers differ by at the peaks; 0 where nothing was judged
+  std::vector<double> reached;  // (trials in which anything is pushed) share of the push that was judged; 0: none
+  bool hurried = false;         // the time did not suffice
+
+  std::size_t judged() const {
+    return static_cast<std::size_t>(std::count_if(reached.begin(), reached.end(), [](double r) { return r > 0.0; }));
+  }
 };
 
 // What finer elements answer on the way to the peak of each trial, into `exact`, of the body as a fit has it. Trials
-// that could not be judged are known less well.
+// that could not be judged to the end of their push are known less well.
 FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact);
 
 // Makes the answers of linear elements those of quadratic ones where nothing is left out.

@@ -68,7 +68,8 @@ const Candidate& chosen_of(const SearchResult& result) {
   for (std::size_t r = 0; r < result.rounds.size() && !result.rounds[r].empty(); ++r) {
     const auto is_accepted = [&](const Candidate& candidate) {
       const bool is_judged = r == 0 || result.compares_fast || candidate.exact.solved;
-      return is_judged && gain(result, candidate, *chosen) >= kAccept && matters(result, candidate, *chosen);
+      return is_judged && gain(result, candidate, *chosen) >= least_gain(result, r) &&
+             matters(result, candidate, *chosen);
     };
     const auto accepted = std::find_if(result.rounds[r].begin(), result.rounds[r].end(), is_accepted);
     if (accepted == result.rounds[r].end()) break;
@@ -103,9 +104,10 @@ Weights weigh(const SearchResult& result, const Candidate& chosen) {
     for (const Candidate& candidate : result.rounds[r]) {
       const bool is_compared = result.compares_fast || candidate.exact.solved || !chosen.exact.solved;
       const Candidate& without = r == 0 ? result.numbers : result.rounds[r - 1].front();
+      double odds = 0.0;
+      for (std::size_t k = 0; k < candidate.kinds.size(); ++k) odds += least_gain(result, k);
       if (candidate.best().solved && is_compared && matters(result, candidate, without))
-        weights.emplace_back(&candidate,
-                             advantage(result, candidate) - kAccept * static_cast<double>(candidate.kinds.size()));
+        weights.emplace_back(&candidate, advantage(result, candidate) - odds);
     }
   double best = 0.0, all = 0.0;
   for (const auto& weight : weights) best = std::max(best, weight.second);

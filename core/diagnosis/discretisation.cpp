@@ -12,8 +12,9 @@ namespace tissued::core {
 namespace {
 
 constexpr std::array<double, 3> kShares{0.35, 0.7, 1.0};  // of the push
-// Short steps take one factorisation each, long ones many more.
-constexpr FemControl kControl{5e-3, 20, 2.5, 0.05};
+// Short steps take one factorisation each, long ones many more; where there is no equilibrium, every try takes as many
+// as it may.
+constexpr FemControl kControl{5e-3, 10, 2.5, 0.2};
 
 std::vector<PadInput> part_of(const Scene& scene, std::span<const PadInput> pads, double share) {
   std::vector<PadInput> part;
@@ -27,21 +28,34 @@ std::vector<PadInput> part_of(const Scene& scene, std::span<const PadInput> pads
   return part;
 }
 
-// (shares x channels); nothing where there is no equilibrium.
-std::optional<RowMatrix> along(const Scene& scene, const Fit& at, std::span<const PadInput> pads,
-                               const std::atomic<bool>* stop) {
+// What channels show where a part of the push was solved for.
+struct Course {
+  std::vector<double> shares;
+  RowMatrix values;  // (shares x channels)
+};
+
+// As far as there is an equilibrium.
+Course along(const Scene& scene, const Fit& at, std::span<const PadInput> pads, std::span<const double> shares,
+             const std::atomic<bool>* stop) {
+  constexpr double kApart = 0.3;  // of what a further share asks for: with less it adds nothing
   FemControl control = kControl;
   control.stop = stop;
   PathSolver solver(scene, at.hypothesis.effects);
   set_numbers(at.hypothesis, at.unknowns, solver);
   FemState state = rest_state(solver.model());
-  RowMatrix values(static_cast<Eigen::Index>(kShares.size()), channels_of(scene).count());
-  for (std::size_t i = 0; i < kShares.size(); ++i) {
-    const std::vector<PadInput> part = part_of(scene, pads, kShares[i]);
-    if (!solve_static(solver.equilibrium(), state, {part, nullptr}, control).converged) return std::nullopt;
-    values.row(static_cast<Eigen::Index>(i)) = solver.observe(state, part);
+  Course course{{}, RowMatrix(static_cast<Eigen::Index>(shares.size()), channels_of(scene).count())};
+  double reached = 0.0;
+  for (const double share : shares) {
+    const FemReport report = solve_static(solver.equilibrium(), state, {part_of(scene, pads, share), nullptr}, control);
+    if (report.load < kApart) break;
+    reached = report.converged ? share : reached + report.load * (share - reached);
+    const std::vector<PadInput> part = part_of(scene, pads, reached);
+    course.values.row(static_cast<Eigen::Index>(course.shares.size())) = solver.observe(state, part);
+    course.shares.push_back(reached);
+    if (!report.converged) break;
   }
-  return values;
+  course.values.conservativeResize(static_cast<Eigen::Index>(course.shares.size()), Eigen::NoChange);
+  return course;
 }
 
 // (channels), of a body that nothing but its weight and loads act on.
@@ -72,22 +86,24 @@ FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadI
   FinerAnswer answer;
   Scene fine = scene;
   fine.mesh = refined(scene.mesh);
-  const auto own = along(scene, at, pads, stop), finer = own ? along(fine, at, pads, stop) : std::nullopt;
-  if (!finer) return answer;
-  answer.solved = true;
+  const Course finer = along(fine, at, pads, kShares, stop), own = along(scene, at, pads, finer.shares, stop);
+  if (finer.shares.empty() || own.shares != finer.shares) return answer;
+  answer.reached = finer.shares.back();
+  const auto terms = static_cast<Eigen::Index>(finer.shares.size());
   const Channels channels = channels_of(scene);
-  Mat3 powers;
-  for (Eigen::Index i = 0; i < 3; ++i) powers.row(i) << 1.0, kShares[i], kShares[i] * kShares[i];
-  const Mat3 interpolation = powers.inverse();
-  RowMatrix differs = *finer - *own, ratios = RowMatrix::Ones(3, channels.pads);
+  Eigen::MatrixXd powers(terms, terms);
+  RowMatrix differs = finer.values - own.values, ratios = RowMatrix::Ones(terms, channels.pads);
   differs.rightCols(3 * channels.pads).setZero();
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    differs.row(i) /= kShares[i];
+  for (Eigen::Index i = 0; i < terms; ++i) {
+    const double share = finer.shares[static_cast<std::size_t>(i)];
+    for (Eigen::Index k = 0; k < terms; ++k) powers(i, k) = std::pow(share, k);
+    differs.row(i) /= share;
     for (int pad = 0; pad < channels.pads; ++pad) {
-      const double force = own->row(i).segment<3>(channels.of_force(pad)).norm();
-      if (force > kUnloaded) ratios(i, pad) = finer->row(i).segment<3>(channels.of_force(pad)).norm() / force;
+      const auto force = [&](const Course& of) { return of.values.row(i).segment<3>(channels.of_force(pad)).norm(); };
+      if (force(own) > kUnloaded) ratios(i, pad) = force(finer) / force(own);
     }
   }
+  const Eigen::MatrixXd interpolation = powers.inverse();
   answer.differs = interpolation * differs;
   answer.force_ratio = interpolation * ratios;
   return answer;

@@ -11,24 +11,28 @@ namespace tissued::core {
 // Finer elements take too long beyond.
 inline constexpr int kMostRefinedTets = 4000;
 
-// By the share of the push, 0 to 1.
+// By the share of the push, 0 to 1: polynomials of as many terms as there were answers.
 struct FinerAnswer {
-  bool solved = false;
-  RowMatrix differs;      // (3 x channels) polynomial of the difference, mm, from its first power on; zero for forces
-  RowMatrix force_ratio;  // (3 x pads) polynomial of finer by own, from its constant on
+  double reached = 0.0;   // share of the push that finer elements were solved for; 0: nothing is known
+  RowMatrix differs;      // (terms x channels) of the difference, mm, from its first power on; zero for forces
+  RowMatrix force_ratio;  // (terms x pads) of finer by own, from its constant on
 
-  Eigen::RowVectorXd difference(double share) const {
-    return share * Eigen::RowVector3d(1, share, share * share) * differs;
-  }
+  bool solved() const { return reached > 0.0; }
+  Eigen::RowVectorXd difference(double share) const { return share * powers(share) * differs; }
   Eigen::RowVectorXd force_factor(double share) const {
     // It was solved from a third of the push on; what is extrapolated must stay a ratio.
     constexpr double kLeast = 0.1;
-    return (Eigen::RowVector3d(1, share, share * share) * force_ratio).cwiseMax(kLeast);
+    return (powers(share) * force_ratio).cwiseMax(kLeast);
+  }
+  // (terms) 1, share, share^2
+  Eigen::RowVectorXd powers(double share) const {
+    return Eigen::RowVector3d(1, share, share * share).head(differs.rows());
   }
 };
 
 // The way from rest to these pads by quadratic elements on scene's mesh and on its refinement, of the body as a fit has
-// it, too fast for it to relax. Solved at three parts of the way; not solved where `stop` was set before the end.
+// it, too fast for it to relax. Solved at three parts of the way, or at as many as finer elements have an equilibrium
+// for before `stop` is set: beside a pad they fold where larger ones do not.
 FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads,
                          const std::atomic<bool>* stop = nullptr);
 

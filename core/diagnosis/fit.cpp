@@ -107,6 +107,11 @@ Fit assess(const FitData& data, const Hypothesis& hypothesis, const Values& valu
   return fit;
 }
 
+Fit assess_unhurried(FitData data, const Hypothesis& hypothesis, const Values& values) {
+  data.stop = nullptr;
+  return assess(data, hypothesis, values);
+}
+
 Eigen::VectorXd step_of(const NormalEquations& equations, const std::vector<Unknown>& unknowns, double damping) {
   Eigen::MatrixXd damped = with_prior(equations.normal, unknowns);
   damped.diagonal() *= 1.0 + damping;

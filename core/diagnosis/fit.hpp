@@ -73,7 +73,9 @@ Fit fit(const FitData& data, const Hypothesis& hypothesis, const Values& start, 
 // A step of Levenberg and Marquardt, in the fitted scale; unknowns at a bound that it would leave stay there.
 Eigen::VectorXd step_of(const NormalEquations& equations, const std::vector<Unknown>& unknowns, double damping);
 
-// The unknowns at their neutral values, without a fit: what the assumed physics predicts.
+// The unknowns at their neutral values or at these, without a fit: what the assumed physics predicts.
 Fit assess(const FitData& data, const Hypothesis& hypothesis, const Values& values = {});
+// Likewise what all else is judged by: out of time or not.
+Fit assess_unhurried(FitData data, const Hypothesis& hypothesis, const Values& values = {});
 
 }  // namespace tissued::core

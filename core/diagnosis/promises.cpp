@@ -154,8 +154,10 @@ double promise_beside(const FitData& exact, const Candidate& base, Candidate& ca
     if (!base.exact.has(name)) start.emplace_back(name, value);
   if (!candidate.hypothesis.effects.empty()) {
     const Effect& effect = *candidate.hypothesis.effects.back();
-    if (const int k = effect.amplitude(); k >= 0)
-      set_amplitude(effect, effect.neutral(exact.session->scene)[static_cast<std::size_t>(k)], start);
+    const std::vector<double> neutral = effect.neutral(exact.session->scene);
+    for (const int k : effect.amplitudes())
+      for (auto& [name, value] : start)
+        if (name == model_parameter(effect, effect.parameters()[k])) value = neutral[static_cast<std::size_t>(k)];
   }
   Fit at = assess(exact, candidate.hypothesis, start);
   if (!at.solved) return std::numeric_limits<double>::infinity();
@@ -164,8 +166,11 @@ double promise_beside(const FitData& exact, const Candidate& base, Candidate& ca
   const NormalEquations equations = normal_equations(errors, pointers_to(at.residuals));
   const Eigen::VectorXd step = step_of(equations, at.unknowns, 1e-3);
   const double promise = (equations.gradient + pull_of_prior(at.unknowns)).dot(step);
+  // What has no amplitude is not begun where it is absent.
+  const double base_now = normal_equations(errors, pointers_to(base.exact.residuals)).chi_square + base.exact.penalty;
+  const double now = equations.chi_square + penalty_of(at.unknowns);
   candidate.exact = std::move(at);
-  return promise;
+  return base_now - now + promise;
 }
 
 void set_amplitude(const Effect& effect, double amplitude, Values& start) {

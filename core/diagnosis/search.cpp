@@ -10,144 +10,15 @@
 #include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/discretisation.hpp"
 #include "core/diagnosis/motion_search.hpp"
+#include "core/diagnosis/narrowing.hpp"
+#include "core/diagnosis/second_explanation.hpp"
 
 namespace tissued::core {
 
 namespace {
 
 constexpr double kTravel = 3.0, kCoarseTravel = 5.0;  // mm between keys
-constexpr FitControl kFirstLook{4, 10.0}, kFast{16, 3.0}, kExact{12, 0.5};
-constexpr std::size_t kMostFast = 6, kMostExact = 4, kMostPairs = 2, kStartsToFit = 3;
-constexpr double kPromised = 10.0;                 // of chi square: with less in one linear step, one look is enough
-constexpr double kPromisedBeside = 1.5 * kAccept;  // likewise beside another effect, of the twice kAccept it takes
-constexpr double kNear = 0.3;        // of the largest advantage: candidates with less are not looked at more closely
-constexpr double kPromising = 0.1;   // likewise, after the first look
-constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
-
-// A first look at a candidate: a few steps on few keys, from the most promising of its starts.
-void look_at(const FitData& coarse, Candidate& candidate) {
-  std::vector<Values> starts = candidate.starts;
-  FitControl control = kFirstLook;
-  if (starts.size() > 1) {
-    candidate.promises = most_promising(coarse, candidate.hypothesis, starts);
-    starts.clear();
-    if (!candidate.promises.empty() && candidate.promises.front().gain < kPromised) control.most_evaluations = 1;
-    const std::size_t most = control.most_evaluations == 1 ? 1 : kStartsToFit;
-    for (const Promise& promise : candidate.promises) {
-      if (starts.size() == most || promise.gain < kNear * candidate.promises.front().gain) break;
-      starts.push_back(candidate.starts[promise.start]);
-      set_amplitude(*candidate.hypothesis.effects.back(), promise.amplitude, starts.back());
-    }
-  }
-  for (const Values& start : starts) {
-    Fit tried = fit(coarse, candidate.hypothesis, start, control);
-    if (!tried.solved) {
-      if (!candidate.fast.solved) candidate.fast.trouble = tried.trouble;
-      continue;
-    }
-    if (!candidate.fast.solved || tried.log_evidence > candidate.fast.log_evidence) candidate.fast = std::move(tried);
-  }
-}
-
-// What plots do not need of the candidates that lost.
-void shed(Fit& fit) {
-  for (TrialResidual& trial : fit.residuals) trial.derivatives.clear();
-}
-
-bool better(const Candidate& a, const Candidate& b) {
-  if (a.exact.solved != b.exact.solved) return a.exact.solved;
-  return a.best().log_evidence > b.best().log_evidence;
-}
-
-// Ever fewer candidates by ever better models, against what the base of them all reaches.
-class Narrowing {
- public:
-  // base: evidence by linear elements on few and on all keys of what every candidate adds to.
-  Narrowing(const FitData& coarse, const FitData& fast, const FitData& exact, const Candidate& base, Work& work)
-      : coarse_(&coarse), fast_(&fast), exact_(&exact), base_(&base), work_(&work) {
-    const Values values = values_of(base.best());
-    const FitControl control{3, 3.0};
-    const Fit on_coarse = fit(coarse, base.hypothesis, values, control),
-              on_fast = fit(fast, base.hypothesis, values, control);
-    has_base_ = on_coarse.solved && on_fast.solved;
-    on_coarse_ = on_coarse.log_evidence;
-    on_fast_ = on_fast.log_evidence;
-  }
-
-  // False, and nothing is tried, where linear elements have no answer to what every candidate adds to.
-  bool run(std::vector<Candidate>& candidates, std::size_t most_exact, double from, double to) {
-    if (!has_base_) return false;
-    const double first = from + 0.35 * (to - from), second = from + 0.6 * (to - from);
-    work_->all(
-        candidates.size(),
-        [&](std::size_t i) {
-          look_at(*coarse_, candidates[i]);
-          candidates[i].fast.log_evidence += on_fast_ - on_coarse_;
-          shed(candidates[i].fast);
-        },
-        from, first, [&](std::size_t i) { return "trying " + candidates[i].name(); });
-    const std::vector<Candidate*> promising = best_of(candidates, kMostFast, kPromising);
-    work_->all(
-        promising.size(),
-        [&](std::size_t i) {
-          Fit tried = fit(*fast_, promising[i]->hypothesis, values_of(promising[i]->fast), kFast);
-          shed(tried);
-          if (tried.solved) promising[i]->fast = std::move(tried);
-        },
-        first, second, [&](std::size_t i) { return "fitting " + promising[i]->name(); });
-    std::vector<Candidate*> chosen = best_of(candidates, most_exact, kNear);
-    // Linear elements err more beside an effect than where nothing is missing.
-    if (!base_->kinds.empty()) keep_promising(chosen, second, 0.5 * (second + to));
-    FitData data = *exact_;
-    if (chosen.size() == 1) data.threads = work_->threads();
-    work_->all(
-        chosen.size(),
-        [&](std::size_t i) {
-          chosen[i]->exact = fit(data, chosen[i]->hypothesis, values_of(chosen[i]->fast), kExact);
-          shed(chosen[i]->exact);
-        },
-        second, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
-    std::stable_sort(candidates.begin(), candidates.end(), better);
-    return true;
-  }
-
- private:
-  // By quadratic elements, those that may add to the base what it takes to be said.
-  void keep_promising(std::vector<Candidate*>& chosen, double from, double to) {
-    std::vector<double> promised(chosen.size(), 0.0);
-    work_->all(
-        chosen.size(),
-        [&](std::size_t i) {
-          promised[i] = promise_beside(*exact_, *base_, *chosen[i]);
-          shed(chosen[i]->exact);
-        },
-        from, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
-    std::vector<Candidate*> kept;
-    for (std::size_t i = 0; i < chosen.size(); ++i)
-      if (promised[i] > kPromisedBeside) kept.push_back(chosen[i]);
-    chosen = std::move(kept);
-  }
-
-  // Those worth more work: at most so many, with this share of the largest advantage.
-  std::vector<Candidate*> best_of(std::vector<Candidate>& candidates, std::size_t most, double share) const {
-    std::vector<Candidate*> order;
-    for (Candidate& candidate : candidates)
-      if (candidate.fast.solved && candidate.fast.log_evidence > on_fast_ + kWorthExact) order.push_back(&candidate);
-    std::stable_sort(order.begin(), order.end(), [](const Candidate* a, const Candidate* b) {
-      return a->fast.log_evidence > b->fast.log_evidence;
-    });
-    while (!order.empty() && (order.size() > most || order.back()->fast.log_evidence - on_fast_ <
-                                                         share * (order.front()->fast.log_evidence - on_fast_)))
-      order.pop_back();
-    return order;
-  }
-
-  const FitData *coarse_, *fast_, *exact_;
-  const Candidate* base_;
-  Work* work_;
-  bool has_base_ = false;
-  double on_coarse_ = 0.0, on_fast_ = 0.0;
-};
+constexpr std::size_t kMostExact = 4;
 
 // Other numbers alone bring the markers about down to noise: then it is as well to judge elements where these are.
 bool nearly_explains(const FitData& data, const Fit& numbers) {
@@ -155,6 +26,18 @@ bool nearly_explains(const FitData& data, const Fit& numbers) {
   if (!numbers.solved) return false;
   const Channels channels = channels_of(data.session->scene);
   return structure_left(data.errors, channels, pointers_to(numbers.residuals))[0] < kNearly;
+}
+
+void say_unjudged(const FinerJudgement& judgement, SearchResult& result) {
+  if (judgement.judged() < judgement.reached.size())
+    result.remarks.push_back("What the elements err was judged in " + std::to_string(judgement.judged()) + " of " +
+                             std::to_string(judgement.reached.size()) + " recordings with a push.");
+  double least = 1.0;
+  for (const double reached : judgement.reached)
+    if (reached > 0.0) least = std::min(least, reached);
+  if (least < 1.0)
+    result.remarks.push_back("Finer elements were solved up to " + std::to_string(std::lround(100.0 * least)) +
+                             " % of a push: what the elements err beyond is extrapolated.");
 }
 
 // The elements' own error, by finer ones: where the numbers are if these may explain all that is seen, else where they
@@ -171,12 +54,10 @@ void correct_elements(const RecordedSession& session, Work& work, SearchResult& 
   const Fit& numbers = result.numbers.fast;
   const FinerJudgement judgement =
       correct_by_finer(nearly_explains(result.fast, numbers) ? numbers : Fit(), work, kMostOfBudget, result.exact);
-  if (judgement.judged < judgement.pushed)
-    result.remarks.push_back("What the elements err was judged in " + std::to_string(judgement.judged) + " of " +
-                             std::to_string(judgement.pushed) + " recordings with a push.");
+  say_unjudged(judgement, result);
   result.complete = !judgement.hurried;
   result.discretisation_mm = judgement.rms_mm;
-  if (judgement.judged == 0 && judgement.pushed > 0) result.unjudged_mm = kUnjudged;
+  if (judgement.judged() == 0 && !judgement.reached.empty()) result.unjudged_mm = kUnjudged;
   result.fast.errors = result.exact.errors;
 }
 
@@ -187,12 +68,6 @@ void rebase_on_numbers(Work& work, SearchResult& result) {
       0.25, 0.3, [](std::size_t) { return "the assumed physics"; });
   Fit again = fit(result.fast, result.numbers.hypothesis, values_of(result.numbers.exact), kFast);
   if (again.solved) result.numbers.fast = std::move(again);
-}
-
-// What all else is judged by is had in any case, out of time or not.
-Fit assess_unhurried(FitData data, const Hypothesis& hypothesis) {
-  data.stop = nullptr;
-  return assess(data, hypothesis);
 }
 
 // Where numbers that are far off let the body buckle, stiffer elements may still answer as assumed. All else is
@@ -243,66 +118,6 @@ void assess_assumed(const RecordedSession& session, const SearchOptions& options
   result.numbers.exact = result.assumed;
 }
 
-void say_untried(const char* what, const Work& work, SearchResult& result) {
-  if (work.stop) return;  // which is said anyway
-  result.complete = false;
-  result.remarks.push_back(std::string("Linear elements find no equilibrium where ") + what +
-                           " was to be looked for: it was not.");
-}
-
-void find_second(Work& work, SearchResult& result) {
-  const Candidate first = result.rounds[0].front();
-  FitData coarse = result.coarse, fast = result.fast;
-  work.all(
-      2, [&](std::size_t job) { rebase(result.exact, first.exact, job == 0 ? fast : coarse); }, 0.6, 0.62,
-      [](std::size_t) { return "a second explanation"; });
-  std::vector<Candidate> pairs;
-  for (std::size_t i = 1; i < result.rounds[0].size(); ++i) {
-    const Candidate& second = result.rounds[0][i];
-    if (!second.fast.solved) continue;
-    pairs.push_back(extended(first, second));
-    // Where each place takes a solve of its own, those that were best alone.
-    const bool has_amplitude = second.hypothesis.effects.empty() || second.hypothesis.effects.back()->amplitude() >= 0;
-    if (!has_amplitude && second.promises.size() > kStartsToFit) {
-      std::vector<Values> starts;
-      for (std::size_t k = 0; k < kStartsToFit; ++k) starts.push_back(pairs.back().starts[second.promises[k].start]);
-      pairs.back().starts = std::move(starts);
-    }
-  }
-  if (Narrowing(coarse, fast, result.exact, first, work).run(pairs, kMostPairs, 0.62, 1.0)) {
-    result.rounds.push_back(std::move(pairs));
-  } else {
-    say_untried("a second explanation", work, result);
-  }
-}
-
-// Elements err differently beside the first explanation than where they were judged: where a second one would be said,
-// that must not be what it explains.
-void judge_second(const SearchOptions& options, Work& work, SearchResult& result) {
-  constexpr double kMostOfBudget = 0.85;
-  Candidate &first = result.rounds[0].front(), &second = result.rounds[1].front();
-  if (!options.refine_mesh || result.exact.session->scene.mesh.tet_count() > kMostRefinedTets) return;
-  if (!second.exact.solved || gain(result, second, first) < kAccept || work.over()) return;
-  FitData data = result.exact;
-  const double discretisation = correct_by_finer(first.exact, work, kMostOfBudget, data).rms_mm;
-  const int threads = std::exchange(data.threads, work.threads());
-  const std::array<Candidate*, 3> judged{&first, &second, &result.numbers};
-  std::array<Fit, 3> again;
-  for (std::size_t i = 0; i < judged.size(); ++i) {
-    again[i] = fit(data, judged[i]->hypothesis, values_of(judged[i]->exact), kExact);
-    if (judged[i] != &result.numbers) shed(again[i]);
-    if (work.over() || !again[i].solved) return;
-  }
-  // What was not fitted again keeps its advantage over numbers alone.
-  const double shift = again[2].log_evidence - result.numbers.exact.log_evidence;
-  for (std::vector<Candidate>& round : result.rounds)
-    for (Candidate& candidate : round) candidate.exact.log_evidence += shift;
-  for (std::size_t i = 0; i < judged.size(); ++i) judged[i]->exact = std::move(again[i]);
-  data.threads = threads;
-  result.exact = std::move(data);
-  result.discretisation_mm = discretisation;
-}
-
 }  // namespace
 
 SearchResult search(const RecordedSession& session, const SearchOptions& options) {
@@ -332,7 +147,12 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
     result.rounds.push_back(std::move(singles));
     if (has_first && !work.over()) {
       find_second(work, result);
-      if (result.rounds.size() > 1 && !result.rounds[1].empty()) judge_second(options, work, result);
+      // Once more beside the half that was enough, where it was not the one that had led.
+      if (result.rounds.size() > 1 && refit_halves(work, result) && !work.over()) {
+        find_second(work, result);
+        if (result.rounds.size() > 1) refit_halves(work, result);
+      }
+      if (result.rounds.size() > 1) judge_second(options, work, result);
     }
   }
   result.complete = result.complete && !work.stop;

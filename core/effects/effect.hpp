@@ -46,8 +46,12 @@ class Effect {
   // first number at what is typical.
   virtual std::vector<std::vector<double>> starts(const Scene& scene) const;
   // Which number is at its neutral value exactly where the effect is absent, wherever the others are, and lets answers
-  // change smoothly there; -1: none.
+  // change smoothly there; -1: none. Of a vector the first.
   virtual int amplitude() const { return 0; }
+  // Likewise all that must be, of a vector its components. Empty: none.
+  virtual std::vector<int> amplitudes() const {
+    return amplitude() < 0 ? std::vector<int>() : std::vector<int>{amplitude()};
+  }
   // Under the names of the contract where fitting uses others (r for 1/r, axis and k for a slope); else as they are.
   virtual std::vector<EffectNumber> reported(std::span<const double> values) const;
 

@@ -27,6 +27,7 @@ class GravityEffect final : public Effect {
   std::vector<double> neutral(const Scene& scene) const override {
     return {scene.gravity.x(), scene.gravity.y(), scene.gravity.z()};
   }
+  std::vector<int> amplitudes() const override { return {0, 1, 2}; }
   std::vector<std::vector<double>> starts(const Scene& scene) const override { return {neutral(scene)}; }
   void adjust(Scene& scene, std::span<const double> values) const override {
     scene.gravity = {values[0], values[1], values[2]};

@@ -37,6 +37,7 @@ class StiffnessGradient final : public Effect {
     return {
         {"k", "1/mm", slope.norm()}, {"axis.x", "1", axis.x()}, {"axis.y", "1", axis.y()}, {"axis.z", "1", axis.z()}};
   }
+  std::vector<int> amplitudes() const override { return {0, 1, 2}; }
   std::vector<std::vector<double>> starts(const Scene& scene) const override { return {neutral(scene)}; }
   void add_to(const Scene& scene, const FemMesh&, FemPhysics& physics) const override {
     physics.fields.push_back(std::make_unique<Slope>(*this, scene));

@@ -67,7 +67,7 @@ void write_thresholds(const std::vector<NullRow>& rows, std::ostream& out) {
   out << "\nquantiles                                    count      50 %      90 %      95 %      98 %      99 %     "
          "100 %\n";
   write_quantiles("advantage of the likeliest kind (kAccept)", of_all(rows, of("advantage")), out);
-  write_quantiles("gain of a pair (kAccept)", of_all(rows, of("pair_gain")), out);
+  write_quantiles("gain of a pair (kAcceptBeside)", of_all(rows, of("pair_gain")), out);
   write_quantiles("structure left (kStructure)", of_all(rows, of("structure")), out);
   write_quantiles("ln E off, forces seen (kModulusOff)", of_all(with_force, modulus_error), out);
   write_quantiles("nu off (kRatioOff)", of_all(rows, ratio_error), out);

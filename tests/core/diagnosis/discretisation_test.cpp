@@ -27,7 +27,7 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
       seen[i] = solver.observe(state, part);
     }
     const FinerAnswer answer = finer_answer(scene, {}, whole);
-    REQUIRE(answer.solved);
+    REQUIRE(answer.reached == 1.0);
     const int seen_count = 3 * (channels.markers + channels.targets);
     const Eigen::RowVectorXd difference = (seen[1] - seen[0]).head(seen_count);
     CHECK(difference.norm() > 0.01);
@@ -45,9 +45,9 @@ TEST_CASE("nothing is said of finer elements that were stopped on the way", "[di
   pads[0].kind = PadInput::Kind::pose;
   pads[0].center = scene.pads[0].center + 2.0 * scene.pads[0].direction;
   std::atomic<bool> stop{false};
-  CHECK(finer_answer(scene, {}, pads, &stop).solved);
+  CHECK(finer_answer(scene, {}, pads, &stop).solved());
   stop = true;
-  CHECK_FALSE(finer_answer(scene, {}, pads, &stop).solved);
+  CHECK_FALSE(finer_answer(scene, {}, pads, &stop).solved());
 }
 
 TEST_CASE("what elements err at rest shrinks with their size", "[diagnosis]") {
