@@ -12,9 +12,10 @@ namespace tissued::core {
 namespace {
 
 constexpr std::array<double, 3> kShares{0.35, 0.7, 1.0};  // of the push
-// Short steps take one factorisation each, long ones many more; where there is no equilibrium, every try takes as many
-// as it may.
-constexpr FemControl kControl{5e-3, 10, 2.5, 0.2};
+// Short steps take one factorisation each and go further, long ones many more; where a body folds every try is dear:
+// one shorter step is tried.
+constexpr FemControl kAlong{5e-3, 10, 1.25, 0.3};
+constexpr FemControl kAtRest{5e-3, 20, 2.5, 0.05};
 
 std::vector<PadInput> part_of(const Scene& scene, std::span<const PadInput> pads, double share) {
   std::vector<PadInput> part;
@@ -38,7 +39,7 @@ struct Course {
 Course along(const Scene& scene, const Fit& at, std::span<const PadInput> pads, std::span<const double> shares,
              const std::atomic<bool>* stop) {
   constexpr double kApart = 0.3;  // of what a further share asks for: with less it adds nothing
-  FemControl control = kControl;
+  FemControl control = kAlong;
   control.stop = stop;
   PathSolver solver(scene, at.hypothesis.effects);
   set_numbers(at.hypothesis, at.unknowns, solver);
@@ -64,7 +65,7 @@ std::optional<Eigen::RowVectorXd> at_rest(const Scene& scene, std::span<const Ed
   FemState state = rest_state(solver.model());
   const std::vector<PadInput> none(scene.pads.size());
   const Eigen::VectorXd external = forces_of(solver.model(), loads);
-  if (!solve_static(solver.equilibrium(), state, {none, &external}, kControl).converged) return std::nullopt;
+  if (!solve_static(solver.equilibrium(), state, {none, &external}, kAtRest).converged) return std::nullopt;
   return solver.observe(state, none);
 }
 

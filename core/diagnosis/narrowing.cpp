@@ -9,9 +9,10 @@ namespace {
 
 constexpr FitControl kFirstLook{4, 10.0};
 constexpr std::size_t kMostFast = 6;
-constexpr double kPromised = 10.0;  // of chi square: with less in one linear step, one look is enough
+constexpr double kPromised = 10.0;                 // of chi square: with less in one linear step, one look is enough
 constexpr double kPromisedBeside = kAcceptBeside;  // likewise beside another effect, half of what it takes
-constexpr double kNear = 0.3;        // of the largest advantage: candidates with less are not looked at more closely
+constexpr double kNear = 0.3;        // of what the most promising start promises: those with less are not begun from
+constexpr double kNearBest = 0.5;    // of the largest advantage: candidates with less are not looked at more closely
 constexpr double kPromising = 0.1;   // likewise, after the first look
 constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
 
@@ -51,7 +52,8 @@ void shed(Fit& fit) {
   for (TrialResidual& trial : fit.residuals) trial.derivatives.clear();
 }
 
-Narrowing::Narrowing(const FitData& coarse, const FitData& fast, const FitData& exact, const Candidate& base, Work& work)
+Narrowing::Narrowing(const FitData& coarse, const FitData& fast, const FitData& exact, const Candidate& base,
+                     Work& work)
     : coarse_(&coarse), fast_(&fast), exact_(&exact), base_(&base), work_(&work) {
   const Values values = values_of(base.best());
   const FitControl control{3, 3.0};
@@ -82,7 +84,7 @@ bool Narrowing::run(std::vector<Candidate>& candidates, std::size_t most_exact, 
         if (tried.solved) promising[i]->fast = std::move(tried);
       },
       first, second, [&](std::size_t i) { return "fitting " + promising[i]->name(); });
-  std::vector<Candidate*> chosen = best_of(candidates, most_exact, kNear);
+  std::vector<Candidate*> chosen = best_of(candidates, most_exact, kNearBest);
   // Linear elements err more beside an effect than where nothing is missing.
   if (!base_->kinds.empty()) keep_promising(chosen, second, 0.5 * (second + to));
   FitData data = *exact_;
@@ -117,9 +119,8 @@ std::vector<Candidate*> Narrowing::best_of(std::vector<Candidate>& candidates, s
   std::vector<Candidate*> order;
   for (Candidate& candidate : candidates)
     if (candidate.fast.solved && candidate.fast.log_evidence > on_fast_ + kWorthExact) order.push_back(&candidate);
-  std::stable_sort(order.begin(), order.end(), [](const Candidate* a, const Candidate* b) {
-    return a->fast.log_evidence > b->fast.log_evidence;
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Candidate* a, const Candidate* b) { return a->fast.log_evidence > b->fast.log_evidence; });
   while (!order.empty() && (order.size() > most || order.back()->fast.log_evidence - on_fast_ <
                                                        share * (order.front()->fast.log_evidence - on_fast_)))
     order.pop_back();

@@ -19,8 +19,8 @@ class Narrowing {
   // base: evidence by linear elements on few and on all keys of what every candidate adds to. All outlive this.
   Narrowing(const FitData& coarse, const FitData& fast, const FitData& exact, const Candidate& base, Work& work);
 
-  // From the share `from` of all work to `to`. False, and nothing is tried, where linear elements have no answer to what
-  // every candidate adds to. Most likely first then.
+  // From the share `from` of all work to `to`. False, and nothing is tried, where linear elements have no answer to
+  // what every candidate adds to. Most likely first then.
   bool run(std::vector<Candidate>& candidates, std::size_t most_exact, double from, double to);
 
  private:

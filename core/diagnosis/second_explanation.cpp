@@ -92,9 +92,8 @@ bool refit_halves(Work& work, SearchResult& result) {
     pair.exact = Fit();
   } else {
     work.all(
-        halves.size(),
-        [&](std::size_t i) { alone[i] = fit(result.exact, halves[i]->hypothesis, values, kExact); }, 0.95, 1.0,
-        [&](std::size_t i) { return "looking closely at " + halves[i]->name(); });
+        halves.size(), [&](std::size_t i) { alone[i] = fit(result.exact, halves[i]->hypothesis, values, kExact); },
+        0.95, 1.0, [&](std::size_t i) { return "looking closely at " + halves[i]->name(); });
   }
   for (std::size_t i = 0; i < halves.size(); ++i) {
     shed(alone[i]);

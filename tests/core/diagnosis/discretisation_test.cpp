@@ -39,6 +39,30 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
   }
 }
 
+TEST_CASE("where finer elements fold they count as far as they were solved", "[diagnosis]") {
+  const Scene scene = testing::box_scene({2, 2, 2, 12.0});
+  const auto pushed = [&](double depth) {
+    std::vector<PadInput> pads(scene.pads.size());
+    pads[0].kind = PadInput::Kind::pose;
+    pads[0].center = scene.pads[0].center + depth * scene.pads[0].direction;
+    return finer_answer(scene, {}, pads);
+  };
+  const double deep = 17.0;
+  const FinerAnswer folded = pushed(deep);
+  REQUIRE(folded.reached > 0.5);
+  REQUIRE(folded.reached < 0.8);
+  const auto markers = static_cast<Eigen::Index>(3 * scene.markers.size());
+  const auto error = [&](double share) {
+    const FinerAnswer solved = pushed(share * deep);
+    REQUIRE(solved.reached == 1.0);
+    const Eigen::RowVectorXd expected = solved.difference(1.0).head(markers);
+    return (folded.difference(share).head(markers) - expected).norm() / expected.norm();
+  };
+  CHECK(error(0.35) < 0.01);
+  CHECK(error(folded.reached) < 0.01);
+  CHECK(error(0.8) < 0.25);  // extrapolated
+}
+
 TEST_CASE("nothing is said of finer elements that were stopped on the way", "[diagnosis]") {
   const Scene scene = testing::box_scene({2, 2, 2, 12.0});
   std::vector<PadInput> pads(scene.pads.size());
