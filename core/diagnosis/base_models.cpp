@@ -54,6 +54,7 @@ FitData fit_data(const RecordedSession& session, std::vector<LoadPath> paths, Fe
   data.errors = errors;
   data.element = element;
   data.stop = stop;
+  data.judged.assign(session.trials.size(), -1.0);
   const Channels channels = channels_of(session.scene);
   for (std::size_t k = 0; k < session.trials.size(); ++k) {
     const auto keys = static_cast<Eigen::Index>(data.paths[k].keys().size());
@@ -134,7 +135,6 @@ void place_markers(FitData& data) {
 FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget, FitData& exact) {
   const RecordedSession& session = *exact.session;
   const Channels channels = channels_of(session.scene);
-  constexpr double kUnknown = 2.0;
   constexpr double kPushed = 1e-6;  // mm: of a trial in which nothing is pushed elements have nothing to err in
   const auto is_pushed = [&](std::size_t k) { return exact.paths[k].peak_load() > kPushed; };
   FinerJudgement judgement;
@@ -157,8 +157,11 @@ FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget
   for (std::size_t k = 0; k < exact.paths.size(); ++k) {
     if (!is_pushed(k)) continue;
     judgement.reached.push_back(answers[k].reached);
-    const double extrapolated = 1.0 - answers[k].reached;
-    exact.errors.discretisation.row(static_cast<Eigen::Index>(k)) *= 1.0 + (kUnknown - 1.0) * extrapolated;
+    if (!answers[k].solved() && exact.judged[k] > 0.0) continue;  // as it was judged before
+    // Of what could not be judged twice as much is feared.
+    exact.errors.discretisation.row(static_cast<Eigen::Index>(k)) *=
+        (2.0 - answers[k].reached) / (exact.judged[k] < 0.0 ? 1.0 : 2.0 - exact.judged[k]);
+    exact.judged[k] = answers[k].reached;
     if (!answers[k].solved()) continue;
     const LoadPath& path = exact.paths[k];
     for (std::size_t i = 0; i < path.keys().size(); ++i) {

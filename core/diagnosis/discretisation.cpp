@@ -12,9 +12,9 @@ namespace tissued::core {
 namespace {
 
 constexpr std::array<double, 3> kShares{0.35, 0.7, 1.0};  // of the push
-// Short steps take one factorisation each and go further, long ones many more; where a body folds every try is dear:
-// one shorter step is tried.
-constexpr FemControl kAlong{5e-3, 10, 1.25, 0.3};
+// Long steps are the cheapest as long as they succeed; short ones go further before a body folds, where every try is
+// dear: one that is shorter still is tried.
+constexpr std::array<FemControl, 2> kAlong{FemControl{5e-3, 10, 2.5, 0.9}, FemControl{5e-3, 10, 1.25, 0.3}};
 constexpr FemControl kAtRest{5e-3, 20, 2.5, 0.05};
 
 std::vector<PadInput> part_of(const Scene& scene, std::span<const PadInput> pads, double share) {
@@ -39,21 +39,25 @@ struct Course {
 Course along(const Scene& scene, const Fit& at, std::span<const PadInput> pads, std::span<const double> shares,
              const std::atomic<bool>* stop) {
   constexpr double kApart = 0.3;  // of what a further share asks for: with less it adds nothing
-  FemControl control = kAlong;
-  control.stop = stop;
   PathSolver solver(scene, at.hypothesis.effects);
   set_numbers(at.hypothesis, at.unknowns, solver);
   FemState state = rest_state(solver.model());
   Course course{{}, RowMatrix(static_cast<Eigen::Index>(shares.size()), channels_of(scene).count())};
   double reached = 0.0;
   for (const double share : shares) {
-    const FemReport report = solve_static(solver.equilibrium(), state, {part_of(scene, pads, share), nullptr}, control);
-    if (report.load < kApart) break;
-    reached = report.converged ? share : reached + report.load * (share - reached);
+    const double before = reached;
+    for (FemControl control : kAlong) {
+      control.stop = stop;
+      const FemReport report =
+          solve_static(solver.equilibrium(), state, {part_of(scene, pads, share), nullptr}, control);
+      reached = report.converged ? share : reached + report.load * (share - reached);
+      if (report.converged) break;
+    }
+    if (reached - before < kApart * (share - before)) break;
     const std::vector<PadInput> part = part_of(scene, pads, reached);
     course.values.row(static_cast<Eigen::Index>(course.shares.size())) = solver.observe(state, part);
     course.shares.push_back(reached);
-    if (!report.converged) break;
+    if (reached < share) break;
   }
   course.values.conservativeResize(static_cast<Eigen::Index>(course.shares.size()), Eigen::NoChange);
   return course;

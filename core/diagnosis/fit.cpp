@@ -143,7 +143,8 @@ Fit fit(const FitData& data, const Hypothesis& hypothesis, const Values& start, 
     for (std::size_t j = 0; j < trial.unknowns.size(); ++j)
       trial.unknowns[j].set_fitted(trial.unknowns[j].fitted() + step[static_cast<Eigen::Index>(j)]);
     const bool solved = evaluator.run(trial.unknowns, true, trial);
-    if (data.stop != nullptr && data.stop->load(std::memory_order_relaxed)) break;
+    best.stopped = data.stop != nullptr && data.stop->load(std::memory_order_relaxed);
+    if (best.stopped) break;
     const auto objective = [&](const Fit& at) {
       return normal_equations(errors, pointers_to(at.residuals)).chi_square + penalty_of(at.unknowns);
     };

@@ -21,7 +21,8 @@ struct FitData {
   // channels), and as a multiple of it (forces), (trials) (keys x pads).
   std::vector<RowMatrix> correction;
   std::vector<RowMatrix> force_factor;
-  double correction_sd = 0.4;        // as a share of it
+  double correction_sd = 0.4;  // as a share of it
+  std::vector<double> judged;  // (trials) share of the push that finer elements were solved for; below 0: not tried
   std::vector<RowMatrix> placement;  // (trials) placement_slopes; empty: not taken off
   FemElement element = FemElement::p2;
   const std::atomic<bool>* stop = nullptr;
@@ -32,6 +33,7 @@ struct Fit {
   Hypothesis hypothesis;
   std::vector<Unknown> unknowns;
   bool solved = false;               // the body had equilibria all the way
+  bool stopped = false;              // on the way to its end
   std::string trouble;               // why not
   double chi_square = 0.0;           // whitened residuals
   int count = 0;                     // how many

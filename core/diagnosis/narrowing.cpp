@@ -87,15 +87,22 @@ bool Narrowing::run(std::vector<Candidate>& candidates, std::size_t most_exact, 
   std::vector<Candidate*> chosen = best_of(candidates, most_exact, kNearBest);
   // Linear elements err more beside an effect than where nothing is missing.
   if (!base_->kinds.empty()) keep_promising(chosen, second, 0.5 * (second + to));
+  // Beside an effect fits take long: the likeliest has all threads, and is done before time is over if any is.
+  const bool in_turn = chosen.size() == 1 || !base_->kinds.empty();
   FitData data = *exact_;
-  if (chosen.size() == 1) data.threads = work_->threads();
-  work_->all(
-      chosen.size(),
-      [&](std::size_t i) {
-        chosen[i]->exact = fit(data, chosen[i]->hypothesis, values_of(chosen[i]->fast), kExact);
-        shed(chosen[i]->exact);
-      },
-      second, to, [&](std::size_t i) { return "looking closely at " + chosen[i]->name(); });
+  if (in_turn) data.threads = work_->threads();
+  const std::size_t turns = in_turn ? chosen.size() : 1;
+  const double each = (to - second) / static_cast<double>(turns);
+  for (std::size_t turn = 0; turn < turns; ++turn) {
+    const double begin = second + each * static_cast<double>(turn);
+    work_->all(
+        in_turn ? 1 : chosen.size(),
+        [&](std::size_t i) {
+          chosen[turn + i]->exact = fit(data, chosen[turn + i]->hypothesis, values_of(chosen[turn + i]->fast), kExact);
+          shed(chosen[turn + i]->exact);
+        },
+        begin, begin + each, [&](std::size_t i) { return "looking closely at " + chosen[turn + i]->name(); });
+  }
   std::stable_sort(candidates.begin(), candidates.end(), better);
   return true;
 }

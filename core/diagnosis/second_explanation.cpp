@@ -111,7 +111,8 @@ void judge_second(const SearchOptions& options, Work& work, SearchResult& result
   if (!options.refine_mesh || result.exact.session->scene.mesh.tet_count() > kMostRefinedTets) return;
   if (!second.exact.solved || gain(result, second, first) < kAcceptBeside || work.over()) return;
   FitData data = result.exact;
-  const double discretisation = correct_by_finer(first.exact, work, kMostOfBudget, data).rms_mm;
+  const FinerJudgement judgement = correct_by_finer(first.exact, work, kMostOfBudget, data);
+  if (judgement.judged() == 0) return;
   const int threads = std::exchange(data.threads, work.threads());
   const std::array<Candidate*, 3> judged{&first, &second, &result.numbers};
   std::array<Fit, 3> again;
@@ -120,14 +121,22 @@ void judge_second(const SearchOptions& options, Work& work, SearchResult& result
     if (judged[i] != &result.numbers) shed(again[i]);
     if (work.over() || !again[i].solved) return;
   }
-  // What was not fitted again keeps its advantage over numbers alone.
-  const double shift = again[2].log_evidence - result.numbers.exact.log_evidence;
-  for (std::vector<Candidate>& round : result.rounds)
-    for (Candidate& candidate : round) candidate.exact.log_evidence += shift;
+  // What was not fitted again keeps its distance: a pair from the pair that was, all else from numbers alone.
+  const auto follow = [](std::vector<Candidate>& round, const Fit& now, const Fit& before) {
+    const double evidence = now.log_evidence - before.log_evidence;
+    const Eigen::VectorXd chi_square = now.chi_square_of_channel - before.chi_square_of_channel;
+    for (Candidate& candidate : round) {
+      if (!candidate.exact.solved) continue;
+      candidate.exact.log_evidence += evidence;
+      candidate.exact.chi_square_of_channel += chi_square;
+    }
+  };
+  follow(result.rounds[0], again[2], result.numbers.exact);
+  follow(result.rounds[1], again[1], second.exact);
   for (std::size_t i = 0; i < judged.size(); ++i) judged[i]->exact = std::move(again[i]);
   data.threads = threads;
   result.exact = std::move(data);
-  result.discretisation_mm = discretisation;
+  result.discretisation_mm = judgement.rms_mm;
 }
 
 }  // namespace tissued::core
