@@ -233,16 +233,6 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   name_alternatives(weights, unexplained ? nullptr : &chosen, diagnosis);
 }
 
-// Linear elements preferred another one to what was chosen, which quadratic ones had no time for.
-bool has_unheard_rival(const SearchResult& result, const Candidate& chosen) {
-  if (chosen.kinds.empty() || chosen.kinds.size() > result.rounds.size()) return false;
-  const std::vector<Candidate>& round = result.rounds[chosen.kinds.size() - 1];
-  return std::any_of(round.begin(), round.end(), [&](const Candidate& rival) {
-    return (!rival.exact.solved || rival.exact.stopped) && rival.fast.solved &&
-           rival.fast.log_evidence > chosen.fast.log_evidence;
-  });
-}
-
 // A search that was stopped while markers do not fit has not shown that there is nothing, nor that nothing has a name.
 void doubt(const SearchResult& result, const Candidate& chosen, const Scene& scene, Diagnosis& diagnosis) {
   constexpr double kMisfit = 1.3;  // of the noise

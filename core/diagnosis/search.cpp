@@ -189,4 +189,13 @@ double advantage(const SearchResult& result, const Candidate& candidate) {
   return &candidate == &result.numbers ? 0.0 : gain(result, candidate, result.numbers);
 }
 
+bool has_unheard_rival(const SearchResult& result, const Candidate& chosen) {
+  if (chosen.kinds.empty() || chosen.kinds.size() > result.rounds.size()) return false;
+  const std::vector<Candidate>& round = result.rounds[chosen.kinds.size() - 1];
+  return std::any_of(round.begin(), round.end(), [&](const Candidate& rival) {
+    return (!rival.exact.solved || rival.exact.stopped) && rival.fast.solved &&
+           rival.fast.log_evidence > chosen.fast.log_evidence;
+  });
+}
+
 }  // namespace tissued::core

@@ -53,4 +53,7 @@ double gain(const SearchResult& result, const Candidate& with, const Candidate& 
 // Over numbers alone.
 double advantage(const SearchResult& result, const Candidate& candidate);
 
+// Linear elements preferred another one to what was chosen, which quadratic ones had no time for.
+bool has_unheard_rival(const SearchResult& result, const Candidate& chosen);
+
 }  // namespace tissued::core

@@ -39,3 +39,25 @@ TEST_CASE("what one marker alone says is no evidence, but that it slipped", "[di
   unsolved.exact.solved = false;
   CHECK(advantage(result, unsolved) < -1e8);
 }
+
+TEST_CASE("a rival that linear elements prefer counts until quadratic ones have heard it to its end", "[diagnosis]") {
+  Candidate chosen, rival;
+  chosen.kinds = {"viscoelasticity", "stiffness-gradient"};
+  rival.kinds = {"viscoelasticity", "inclusion"};
+  chosen.fast.solved = rival.fast.solved = chosen.exact.solved = true;
+  chosen.fast.log_evidence = -200.0;
+  rival.fast.log_evidence = -100.0;
+  SearchResult result;
+  const auto is_doubted = [&] {
+    result.rounds = {{Candidate()}, {chosen, rival}};
+    return has_unheard_rival(result, result.rounds[1].front());
+  };
+  CHECK(is_doubted());
+  rival.exact.solved = true;
+  CHECK_FALSE(is_doubted());
+  rival.exact.stopped = true;
+  CHECK(is_doubted());
+  rival.fast.log_evidence = -300.0;
+  CHECK_FALSE(is_doubted());
+  CHECK_FALSE(has_unheard_rival(result, result.numbers));
+}
