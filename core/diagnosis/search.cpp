@@ -145,15 +145,7 @@ SearchResult search(const RecordedSession& session, const SearchOptions& options
     const bool has_first =
         !singles.empty() && singles.front().exact.solved && advantage(result, singles.front()) >= kAccept;
     result.rounds.push_back(std::move(singles));
-    if (has_first && !work.over()) {
-      find_second(work, result);
-      // Once more beside the half that was enough, where it was not the one that had led.
-      if (result.rounds.size() > 1 && refit_halves(work, result) && !work.over()) {
-        find_second(work, result);
-        if (result.rounds.size() > 1) refit_halves(work, result);
-      }
-      if (result.rounds.size() > 1) judge_second(options, work, result);
-    }
+    if (has_first) explain_further(options, work, result);
   }
   result.complete = result.complete && !work.stop;
   for (FitData* data : {&result.coarse, &result.fast, &result.exact}) data->stop = nullptr;  // it was this search's

@@ -45,8 +45,7 @@ bool is_beyond_doubt(const Candidate& candidate, const Fit& fit, const Scene& sc
   return !(way.dot(own.llt().solve(way)) < kChiSquare[at.size()]);
 }
 
-}  // namespace
-
+// Of pairs that were looked for before nothing is left.
 void find_second(Work& work, SearchResult& result) {
   result.rounds.resize(1);
   const Candidate first = result.rounds[0].front();
@@ -75,36 +74,8 @@ void find_second(Work& work, SearchResult& result) {
   }
 }
 
-bool refit_halves(Work& work, SearchResult& result) {
-  std::vector<Candidate>& singles = result.rounds[0];
-  Candidate& pair = result.rounds[1].front();
-  if (!pair.exact.solved || gain(result, pair, singles.front()) < kAcceptBeside) return false;
-  const auto second = std::find_if(singles.begin() + 1, singles.end(),
-                                   [&](const Candidate& single) { return single.kinds.front() == pair.kinds.back(); });
-  const std::array<Candidate*, 2> halves{&singles.front(), &*second};
-  const Values values = values_of(pair.exact);
-  std::array<Fit, 2> alone;
-  if (work.over()) {
-    for (std::size_t i = 0; i < halves.size(); ++i)
-      if (!is_beyond_doubt(*halves[1 - i], pair.exact, result.exact.session->scene))
-        alone[i] = assess_unhurried(result.exact, halves[i]->hypothesis, values);
-    if (!alone[0].solved && !alone[1].solved) return false;
-    pair.exact = Fit();
-  } else {
-    work.all(
-        halves.size(), [&](std::size_t i) { alone[i] = fit(result.exact, halves[i]->hypothesis, values, kExact); },
-        0.95, 1.0, [&](std::size_t i) { return "looking closely at " + halves[i]->name(); });
-  }
-  for (std::size_t i = 0; i < halves.size(); ++i) {
-    shed(alone[i]);
-    const bool is_better = !halves[i]->exact.solved || alone[i].log_evidence > halves[i]->exact.log_evidence;
-    if (alone[i].solved && is_better) halves[i]->exact = std::move(alone[i]);
-  }
-  const bool leads = gain(result, *second, singles.front()) > 0.0;
-  if (leads) std::rotate(singles.begin(), second, second + 1);
-  return leads && gain(result, pair, singles.front()) < kAcceptBeside;
-}
-
+// Elements err differently beside the first explanation than where they were judged: where a second one would be said,
+// that must not be what it explains.
 void judge_second(const SearchOptions& options, Work& work, SearchResult& result) {
   constexpr double kMostOfBudget = 0.85;
   Candidate &first = result.rounds[0].front(), &second = result.rounds[1].front();
@@ -137,6 +108,48 @@ void judge_second(const SearchOptions& options, Work& work, SearchResult& result
   data.threads = threads;
   result.exact = std::move(data);
   result.discretisation_mm = judgement.rms_mm;
+}
+
+}  // namespace
+
+bool refit_halves(Work& work, SearchResult& result) {
+  std::vector<Candidate>& singles = result.rounds[0];
+  Candidate& pair = result.rounds[1].front();
+  if (!pair.exact.solved || gain(result, pair, singles.front()) < kAcceptBeside) return false;
+  const auto second = std::find_if(singles.begin() + 1, singles.end(),
+                                   [&](const Candidate& single) { return single.kinds.front() == pair.kinds.back(); });
+  const std::array<Candidate*, 2> halves{&singles.front(), &*second};
+  const Values values = values_of(pair.exact);
+  std::array<Fit, 2> alone;
+  if (work.over()) {
+    for (std::size_t i = 0; i < halves.size(); ++i)
+      if (!is_beyond_doubt(*halves[1 - i], pair.exact, result.exact.session->scene))
+        alone[i] = assess_unhurried(result.exact, halves[i]->hypothesis, values);
+    if (!alone[0].solved && !alone[1].solved) return false;
+    pair.exact = Fit();
+  } else {
+    work.all(
+        halves.size(), [&](std::size_t i) { alone[i] = fit(result.exact, halves[i]->hypothesis, values, kExact); },
+        0.95, 1.0, [&](std::size_t i) { return "looking closely at " + halves[i]->name(); });
+  }
+  for (std::size_t i = 0; i < halves.size(); ++i) {
+    shed(alone[i]);
+    const bool is_better = !halves[i]->exact.solved || alone[i].log_evidence > halves[i]->exact.log_evidence;
+    if (alone[i].solved && is_better) halves[i]->exact = std::move(alone[i]);
+  }
+  const bool leads = gain(result, *second, singles.front()) > 0.0;
+  if (leads) std::rotate(singles.begin(), second, second + 1);
+  return leads && gain(result, pair, singles.front()) < kAcceptBeside;
+}
+
+void explain_further(const SearchOptions& options, Work& work, SearchResult& result) {
+  constexpr int kMostLeads = 2;
+  for (int lead = 0; lead < kMostLeads && !work.over(); ++lead) {
+    find_second(work, result);
+    if (result.rounds.size() < 2) return;
+    if (!refit_halves(work, result)) break;
+  }
+  if (result.rounds.size() > 1) judge_second(options, work, result);
 }
 
 }  // namespace tissued::core

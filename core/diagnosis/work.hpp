@@ -24,6 +24,8 @@ class Work {
     });
   }
 
+  explicit Work(const SearchOptions&&) = delete;  // which it goes on reading
+
   double seconds() const { return clock() - begin_; }
   double share_of_budget() const { return seconds() / options_->budget; }
   bool over() {

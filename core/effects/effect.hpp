@@ -45,13 +45,11 @@ class Effect {
   // Where fits may begin, the effect there to be seen: places over the body, axes, times. Unless said otherwise: the
   // first number at what is typical.
   virtual std::vector<std::vector<double>> starts(const Scene& scene) const;
-  // Which number is at its neutral value exactly where the effect is absent, wherever the others are, and lets answers
-  // change smoothly there; -1: none. Of a vector the first.
-  virtual int amplitude() const { return 0; }
-  // Likewise all that must be, of a vector its components. Empty: none.
-  virtual std::vector<int> amplitudes() const {
-    return amplitude() < 0 ? std::vector<int>() : std::vector<int>{amplitude()};
-  }
+  // Which numbers are at their neutral values exactly where the effect is absent, wherever the others are, and let
+  // answers change smoothly there: one, or the components of a vector. Empty: none.
+  virtual std::vector<int> amplitudes() const { return {0}; }
+  // The first of them; -1: none.
+  int amplitude() const { return amplitudes().empty() ? -1 : amplitudes().front(); }
   // Under the names of the contract where fitting uses others (r for 1/r, axis and k for a slope); else as they are.
   virtual std::vector<EffectNumber> reported(std::span<const double> values) const;
 

@@ -50,7 +50,7 @@ class Inclusion final : public Effect {
     const Vec3 middle = scene.mesh.rest.colwise().mean().transpose();
     return {middle.x(), middle.y(), middle.z(), parameters()[kRadius].neutral, parameters()[kRatio].neutral};
   }
-  int amplitude() const override { return kRatio; }
+  std::vector<int> amplitudes() const override { return {kRatio}; }
   std::vector<std::vector<double>> starts(const Scene& scene) const override {
     constexpr std::size_t kPlaces = 40;
     constexpr double kShareOfReach = 0.18, kRatioToBeginWith = 1.5;

@@ -70,7 +70,7 @@ class LooseBase final : public Effect {
     numbers.resize(4);  // where, how far
     return numbers;
   }
-  int amplitude() const override { return -1; }
+  std::vector<int> amplitudes() const override { return {}; }
   std::vector<std::vector<double>> starts(const Scene& scene) const override {
     constexpr std::size_t kPlaces = 12;
     constexpr double kShareOfBase = 0.35;

@@ -16,7 +16,7 @@ class FluidCavity final : public Effect {
   std::string_view title() const override { return "A cavity fills"; }
   std::string sentence(std::span<const double>) const override { return "A cavity fills."; }
   std::span<const EffectParameter> parameters() const override { return {}; }
-  int amplitude() const override { return -1; }
+  std::vector<int> amplitudes() const override { return {}; }
   bool has_history() const override { return true; }
   void add_to(const Scene& scene, const FemMesh& mesh, FemPhysics& physics) const override;
 
@@ -37,7 +37,7 @@ class InnerCable final : public Effect {
   std::string_view title() const override { return "A cable runs inside"; }
   std::string sentence(std::span<const double>) const override { return "A cable runs inside."; }
   std::span<const EffectParameter> parameters() const override { return {}; }
-  int amplitude() const override { return -1; }
+  std::vector<int> amplitudes() const override { return {}; }
   void add_to(const Scene& scene, const FemMesh& mesh, FemPhysics& physics) const override;
 
  private:
