@@ -291,7 +291,10 @@ void add_solve_command(CLI::App& app, int& exit_code) {
                    "viscoelasticity.g1=0.4, or of pbd, e.g. simulator.pbd.cluster_radius=9; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  solve->add_option("--effect", a.effects, "Physics that the bundle does not assume (fem): " + join_or(effect_kinds()))
+  solve
+      ->add_option("--effect", a.effects,
+                   "Physics that the bundle does not assume (fem), whose numbers `tissuectl effects` lists: " +
+                       join_or(effect_kinds()))
       ->type_name("KIND")
       ->allow_extra_args(false);
   solve->add_option("--hold", a.fem.hold, "The pads stay for so many seconds, for effects with memory (fem)")

@@ -6,6 +6,7 @@
 
 #include "daemon/ctl_calibrate.hpp"
 #include "daemon/ctl_diagnose.hpp"
+#include "daemon/ctl_effects.hpp"
 #include "daemon/ctl_evaluate.hpp"
 #include "daemon/ctl_export.hpp"
 #include "daemon/ctl_key.hpp"
@@ -43,6 +44,7 @@ int main(int argc, char** argv) {
   add_query_command(app, exit_code);
   add_watch_command(app, exit_code);
   add_solve_command(app, exit_code);
+  add_effects_command(app, exit_code);
   add_evaluate_command(app, exit_code);
   add_calibrate_command(app, exit_code);
   add_diagnose_command(app, exit_code);

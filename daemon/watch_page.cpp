@@ -43,8 +43,6 @@ class Brush {
   TerminalStyle style_;
 };
 
-double ms(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
-
 Colour colour_of(Validity validity) {
   switch (validity) {
     case Validity::valid:
@@ -173,9 +171,10 @@ std::vector<std::string> target_lines(const WatchStatistics& statistics, const T
 }
 
 std::string latency_text(const char* name, const LatencyWindow& window) {
-  const auto cell = [](std::uint64_t ns) { return pad_to(fixed(ms(ns), 2), 8, true); };
-  return pad_to(name, 17, false) + "p50" + cell(window.percentile_ns(0.5)) + "  p99" +
-         cell(window.percentile_ns(0.99)) + "  max" + cell(window.max_ns()) + "  ms";
+  const auto cell = [](double ms) { return pad_to(fixed(ms, 2), 8, true); };
+  const DurationPercentiles durations = percentiles_ms(window);
+  return pad_to(name, 17, false) + "p50" + cell(durations.p50) + "  p99" + cell(durations.p99) + "  max" +
+         cell(durations.max) + "  ms";
 }
 
 std::string work_line(const WatchStatistics& statistics, const Brush& brush) {

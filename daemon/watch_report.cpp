@@ -33,6 +33,11 @@ std::string age_text(std::uint64_t age_ns) {
   return fixed(static_cast<double>(age_ns) * 1e-9, 1) + " s old";
 }
 
+DurationPercentiles percentiles_ms(const LatencyWindow& window) {
+  if (window.size() == 0) return {NAN, NAN, NAN};
+  return {ms(window.percentile_ns(0.5)), ms(window.percentile_ns(0.99)), ms(window.max_ns())};
+}
+
 std::string watch_line(const WatchStatistics& statistics, const Connection& connection, double elapsed,
                        std::uint64_t now_ns) {
   std::string line = pad_to(fixed(elapsed, 1) + " s", 8, true);
@@ -41,13 +46,12 @@ std::string watch_line(const WatchStatistics& statistics, const Connection& conn
   }
   if (!statistics.latest()) return line + "  connected to " + connection.address;
   const protocol::Predictions& frame = statistics.latest()->frame;
+  const DurationPercentiles latency = percentiles_ms(statistics.recent_latency());
   line += std::string("  ") + protocol::to_string(frame.validity);
   for (const std::string& reason : reason_names(frame.reasons)) line += ' ' + reason;
   line += "  frame " + std::to_string(frame.tracker_frame) + ", " + age_text(statistics.age_ns(now_ns)) + "  " +
           fixed(statistics.rate_hz(now_ns), 1) + " Hz, " + std::to_string(statistics.lost()) + " lost  p50 " +
-          fixed(ms(statistics.recent_latency().percentile_ns(0.5)), 2) + " p99 " +
-          fixed(ms(statistics.recent_latency().percentile_ns(0.99)), 2) + " max " +
-          fixed(ms(statistics.recent_latency().max_ns()), 2) + " ms";
+          fixed(latency.p50, 2) + " p99 " + fixed(latency.p99, 2) + " max " + fixed(latency.max, 2) + " ms";
   if (frame.alarm.raised) line += "  ALARM " + alarm_text(frame.alarm);
   for (const WatchedTarget& target : statistics.targets()) {
     if (!target.latest) continue;
@@ -72,6 +76,7 @@ json watch_json(const WatchStatistics& statistics, const Connection& connection,
     if (const auto radius = radius_95(target.latest->covariance)) entry["radius_95_mm"] = *radius;
     if (target.error) entry["error_mm"] = *target.error;
   }
+  const DurationPercentiles latency = percentiles_ms(statistics.recent_latency());
   object.update({{"validity", protocol::to_string(frame.validity)},
                  {"reasons", reason_names(frame.reasons)},
                  {"tracker_frame", frame.tracker_frame},
@@ -83,10 +88,7 @@ json watch_json(const WatchStatistics& statistics, const Connection& connection,
                  {"markers_used", frame.markers_used},
                  {"innovation_rms_mm", frame.innovation_rms},
                  {"alarm", alarm_json(frame.alarm)},
-                 {"receive_to_send_ms",
-                  {{"p50", ms(statistics.recent_latency().percentile_ns(0.5))},
-                   {"p99", ms(statistics.recent_latency().percentile_ns(0.99))},
-                   {"max", ms(statistics.recent_latency().max_ns())}}},
+                 {"receive_to_send_ms", {{"p50", latency.p50}, {"p99", latency.p99}, {"max", latency.max}}},
                  {"targets", targets}});
   return object;
 }

@@ -17,6 +17,12 @@ struct Connection {
 /// "12 ms old", "3.4 s old".
 std::string age_text(std::uint64_t age_ns);
 
+/// ms; NaN where there is none.
+struct DurationPercentiles {
+  double p50, p99, max;
+};
+DurationPercentiles percentiles_ms(const LatencyWindow& window);
+
 /// What goes on, in one line without its end: for where there is no terminal. `elapsed`: s since watching began.
 std::string watch_line(const WatchStatistics& statistics, const Connection& connection, double elapsed,
                        std::uint64_t now_ns);

@@ -82,6 +82,7 @@ void WatchStatistics::judge(WatchedTarget& target, const protocol::TargetPredict
 
 void WatchStatistics::tick(std::uint64_t now_ns) {
   while (!arrivals_.empty() && now_ns - arrivals_.front() > kRateWindow_ns) arrivals_.pop_front();
+  if (arrivals_.empty() && recent_latency_.size() > 0) recent_latency_ = recent_step_ = LatencyWindow();
   if (now_ns - tick_ns_ < kTick_ns) return;
   tick_ns_ = now_ns;
   for (std::size_t i = 0; i < targets_.size(); ++i) {

@@ -64,7 +64,8 @@ class WatchStatistics {
   std::uint64_t restarts() const { return restarts_; }  ///< times that frame numbers went back
   const std::map<protocol::Validity, std::uint64_t>& validity() const { return validity_; }
 
-  const LatencyWindow& recent_latency() const { return recent_latency_; }  ///< receive to send
+  /// Receive to send; empty where no frame came for two seconds.
+  const LatencyWindow& recent_latency() const { return recent_latency_; }
   const LatencyWindow& recent_step() const { return recent_step_; }
   const DurationSample& latency() const { return latency_; }  ///< receive to send, since watching began
   const DurationSample& step() const { return step_; }

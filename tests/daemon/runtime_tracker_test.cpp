@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <thread>
 #include <vector>
@@ -23,6 +24,7 @@ using protocol::ValidityReason;
 namespace {
 
 constexpr std::uint64_t kMs = 1'000'000;
+constexpr std::uint64_t kRounding = 1000;  // ns; delays are kept in s
 
 // All markers at rest but for M1, which moves by 0.01 mm a frame along x: the fake simulator moves T1 as much.
 FrameBuilder moving_frame(std::uint32_t number) {
@@ -53,6 +55,7 @@ TEST_CASE("Every frame is answered, by a prediction of that frame, at once") {
   FakeTracker tracker(daemon.runtime.tracker_port());
   FakeClient client(daemon.runtime.client_port());
   subscribe_to_targets(client);
+  std::uint64_t quickest = std::numeric_limits<std::uint64_t>::max();  // ns, from a stamp to its frame
   for (std::uint32_t number = 1; number <= 200; ++number) {
     tracker.send(moving_frame(number).frame);
     const Predictions predictions = await_frame(client, number);
@@ -60,7 +63,11 @@ TEST_CASE("Every frame is answered, by a prediction of that frame, at once") {
     CHECK(predictions.validity == Validity::valid);
     CHECK(predictions.stamp_ns == number * 10 * kMs);
     CHECK(predictions.send_ns >= predictions.receive_ns);
-    CHECK(predictions.age_ns == predictions.send_ns - predictions.receive_ns);
+    // A machine that is busy falls behind the stamps, which are 10 ms apart: that is part of the age.
+    const std::uint64_t under_way = predictions.receive_ns - predictions.stamp_ns;
+    quickest = std::min(quickest, under_way);
+    CHECK(predictions.age_ns >= predictions.send_ns - predictions.receive_ns);
+    CHECK(predictions.age_ns <= predictions.send_ns - predictions.receive_ns + under_way - quickest + kRounding);
     CHECK(predictions.markers_seen == 4);
   }
   CHECK(daemon.count(Count::frames_stepped) == 200);

@@ -49,13 +49,38 @@ Endpoint nobody() {
 }  // namespace
 
 TEST_CASE("Help is no error") {
-  for (const char* command :
-       {"", "play ", "track ", "query ", "watch ", "solve ", "evaluate ", "calibrate ", "diagnose ", "predict "}) {
+  for (const char* command : {"", "play ", "track ", "query ", "watch ", "solve ", "effects ", "evaluate ",
+                              "calibrate ", "diagnose ", "predict "}) {
     const Outcome outcome = run(std::string(command) + "--help");
     CHECK(outcome.code == 0);
     CHECK(outcome.err.empty());
     CHECK_THAT(outcome.out, Catch::Contains("Usage:"));
   }
+}
+
+TEST_CASE("What effects lists is what solve takes, within the bounds it says") {
+  std::istringstream lines(run("effects").out);
+  std::string kind, effects;
+  int numbers = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty()) continue;
+    if (line.front() != ' ') {
+      kind = line.substr(0, line.find(':'));
+      continue;
+    }
+    std::istringstream cells(line);
+    std::string number, to;
+    double lowest = 0.0, highest = 0.0;
+    REQUIRE(cells >> number >> lowest >> to >> highest);
+    CAPTURE(kind, number);
+    CHECK(lowest < highest);
+    const Outcome beyond = run("solve " + kDemo + " --model fem --element p1 --effect " + kind + " --set " + kind +
+                               "." + number + "=" + std::to_string(highest * 1.01));
+    CHECK(beyond.code != 0);
+    CHECK_THAT(beyond.err, Catch::Contains(kind + "." + number));
+    ++numbers;
+  }
+  CHECK(numbers > 14);  // there are so many kinds
 }
 
 TEST_CASE("Wrong usage ends with 2 and one line") {

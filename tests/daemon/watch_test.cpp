@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "daemon/text_table.hpp"
 #include "daemon/watch_page.hpp"
@@ -104,7 +105,12 @@ TEST_CASE("Rate, latency and age follow the clock") {
   CHECK(statistics.age_ns(now) == 7'000'000);
   CHECK(statistics.latency().percentile_ms(0.99) == Approx(2.0));
   CHECK(statistics.step().max_ms() == Approx(1.5));
+  CHECK(percentiles_ms(statistics.recent_latency()).p99 == Approx(2.0).epsilon(0.03));
+  statistics.tick(now + 5 * kSecond);  // the tracker is silent: what it had is not shown as if it went on
   CHECK(statistics.rate_hz(now + 5 * kSecond) == 0.0);
+  CHECK(std::isnan(percentiles_ms(statistics.recent_latency()).p99));
+  CHECK(std::isnan(percentiles_ms(statistics.recent_step()).max));
+  CHECK(statistics.latency().percentile_ms(0.99) == Approx(2.0));  // of all, in the end
 }
 
 TEST_CASE("A daemon with other targets begins a new account, the same one goes on") {
