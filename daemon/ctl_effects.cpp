@@ -32,7 +32,8 @@ int run_effects() {
 }  // namespace
 
 void add_effects_command(CLI::App& app, int& exit_code) {
-  CLI::App* effects = app.add_subcommand("effects", "Physics that solve can add and diagnose can find, and its numbers");
+  CLI::App* effects =
+      app.add_subcommand("effects", "Physics that solve can add and diagnose can find, and its numbers");
   effects->footer(
       "Numbers are set by --set KIND.NUMBER=VALUE of solve; what is not set stays as where the effect is absent.\n"
       "Example: tissuectl solve BUNDLE --model fem --effect skin --set skin.stiffness=50 --push A1=10");

@@ -62,19 +62,23 @@ bool matters(const SearchResult& result, const Candidate& with, const Candidate&
          std::pow(after.force_N, 2) < kOfForces * std::pow(before.force_N, 2);
 }
 
-// The candidate that is believed: numbers alone, one effect, or more.
+// The candidate that is believed: numbers alone, one effect, or more. A round adds to the likeliest of the one before,
+// which need not matter alone: an effect may show itself only beside another one.
 const Candidate& chosen_of(const SearchResult& result) {
   const Candidate* chosen = &result.numbers;
   for (std::size_t r = 0; r < result.rounds.size() && !result.rounds[r].empty(); ++r) {
+    const Candidate& before = r == 0 ? result.numbers : result.rounds[r - 1].front();
+    double gain_of_chosen = 0.0;
+    for (std::size_t k = chosen->kinds.size(); k <= r; ++k) gain_of_chosen += least_gain(result, k);
     const auto is_accepted = [&](const Candidate& candidate) {
+      const auto is_better_than = [&](const Candidate& other, double least) {
+        return gain(result, candidate, other) >= least && matters(result, candidate, other);
+      };
       const bool is_judged = r == 0 || result.compares_fast || candidate.exact.solved;
-      return is_judged && gain(result, candidate, *chosen) >= least_gain(result, r) &&
-             matters(result, candidate, *chosen);
+      return is_judged && is_better_than(before, least_gain(result, r)) && is_better_than(*chosen, gain_of_chosen);
     };
     const auto accepted = std::find_if(result.rounds[r].begin(), result.rounds[r].end(), is_accepted);
-    if (accepted == result.rounds[r].end()) break;
-    chosen = &*accepted;
-    if (accepted != result.rounds[r].begin()) break;  // the next round adds to the likeliest
+    if (accepted != result.rounds[r].end()) chosen = &*accepted;
   }
   return *chosen;
 }
