@@ -13,14 +13,15 @@ using nlohmann::json;
 
 double ms(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
 
-std::string percentiles(const DurationSample& sample) {
-  return "p50 " + fixed(sample.percentile_ms(0.5), 2) + "  p99 " + fixed(sample.percentile_ms(0.99), 2) + "  max " +
-         fixed(sample.max_ms(), 2) + " ms\n";
+DurationPercentiles percentiles_ms(const DurationSample& sample) {
+  return {sample.percentile_ms(0.5), sample.percentile_ms(0.99), sample.max_ms()};
 }
 
-json percentiles_json(const DurationSample& sample) {
-  return {{"p50", sample.percentile_ms(0.5)}, {"p99", sample.percentile_ms(0.99)}, {"max", sample.max_ms()}};
+std::string percentiles(const DurationPercentiles& ms) {
+  return "p50 " + fixed(ms.p50, 2) + "  p99 " + fixed(ms.p99, 2) + "  max " + fixed(ms.max, 2) + " ms";
 }
+
+json percentiles_json(const DurationPercentiles& ms) { return {{"p50", ms.p50}, {"p99", ms.p99}, {"max", ms.max}}; }
 
 double percent(std::size_t part, std::size_t whole) {
   return whole == 0 ? NAN : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
@@ -76,7 +77,6 @@ json watch_json(const WatchStatistics& statistics, const Connection& connection,
     if (const auto radius = radius_95(target.latest->covariance)) entry["radius_95_mm"] = *radius;
     if (target.error) entry["error_mm"] = *target.error;
   }
-  const DurationPercentiles latency = percentiles_ms(statistics.recent_latency());
   object.update({{"validity", protocol::to_string(frame.validity)},
                  {"reasons", reason_names(frame.reasons)},
                  {"tracker_frame", frame.tracker_frame},
@@ -88,7 +88,7 @@ json watch_json(const WatchStatistics& statistics, const Connection& connection,
                  {"markers_used", frame.markers_used},
                  {"innovation_rms_mm", frame.innovation_rms},
                  {"alarm", alarm_json(frame.alarm)},
-                 {"receive_to_send_ms", {{"p50", latency.p50}, {"p99", latency.p99}, {"max", latency.max}}},
+                 {"receive_to_send_ms", percentiles_json(percentiles_ms(statistics.recent_latency()))},
                  {"targets", targets}});
   return object;
 }
@@ -113,8 +113,8 @@ std::string watch_summary(const WatchStatistics& statistics, double elapsed) {
   }
   if (judged) text += table.text();
   if (statistics.frames() == 0) return text;
-  return text + "receive to send  " + percentiles(statistics.latency()) + "step             " +
-         percentiles(statistics.step());
+  return text + "receive to send  " + percentiles(percentiles_ms(statistics.latency())) + "\nstep             " +
+         percentiles(percentiles_ms(statistics.step())) + "\n";
 }
 
 json watch_summary_json(const WatchStatistics& statistics, double elapsed) {
@@ -134,8 +134,8 @@ json watch_summary_json(const WatchStatistics& statistics, double elapsed) {
             {"restarts", statistics.restarts()},
             {"validity", validity},
             {"targets", targets},
-            {"receive_to_send_ms", percentiles_json(statistics.latency())},
-            {"step_ms", percentiles_json(statistics.step())}}}};
+            {"receive_to_send_ms", percentiles_json(percentiles_ms(statistics.latency()))},
+            {"step_ms", percentiles_json(percentiles_ms(statistics.step()))}}}};
 }
 
 }  // namespace tissued::daemon
