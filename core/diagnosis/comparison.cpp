@@ -67,6 +67,16 @@ void add_markers(const Scene& scene, const RecordedTrial& trial, Eigen::Index pe
 
 }  // namespace
 
+std::vector<RowMatrix> residuals_of(const Fit& fit) {
+  std::vector<RowMatrix> out;
+  for (const TrialResidual& trial : fit.residuals) out.push_back(trial.residual);
+  return out;
+}
+
+Eigen::VectorXd offset_of(const FitData& data, const Fit& fit) {
+  return nuisances(data.errors, pointers_to(fit.residuals)).offset;
+}
+
 Misfit misfit_of(const std::vector<RowMatrix>& residuals, const Channels& channels, const Eigen::VectorXd& offset) {
   std::array<double, 3> square{}, count{};
   for (const RowMatrix& residual : residuals)

@@ -47,6 +47,11 @@ struct ModelResiduals {
   std::vector<RowMatrix> assumed, parameters, explained;
 };
 
+// (trials) (frames x channels): what a fit leaves.
+std::vector<RowMatrix> residuals_of(const Fit& fit);
+// (channels) mm: where markers sit beside where the scene has them, as a fit has it.
+Eigen::VectorXd offset_of(const FitData& data, const Fit& fit);
+
 // Root mean squares over frames x channels of a kind. residuals: (trials) (frames x channels); offset: (channels) where
 // markers sit, taken off.
 Misfit misfit_of(const std::vector<RowMatrix>& residuals, const Channels& channels, const Eigen::VectorXd& offset);

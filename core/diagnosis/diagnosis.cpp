@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/diagnosis/base_models.hpp"
+#include "core/diagnosis/choice.hpp"
 #include "core/diagnosis/disturbance.hpp"
 #include "core/diagnosis/words.hpp"
 
@@ -21,7 +22,6 @@ namespace {
 constexpr double kModulusOff = 0.12;  // of the logarithm of Young's modulus: what the elements may err
 constexpr double kRatioOff = 0.015;   // of Poisson's ratio, likewise
 constexpr double kStructure = 1.5;    // of markers' structure_left: beyond, something is left to explain
-constexpr double kSurest = 0.98;      // probability
 constexpr double kSaid = 0.02;        // probability below which an alternative is not listed
 
 const std::set<std::string> kMeasurement{"latency", "registration", "marker-slip"};
@@ -38,51 +38,6 @@ bool numbers_differ(const Fit& fit, const Scene& scene) {
          (ratio > kRatioOff && ratio > 2.0 * fit.sd("poissons_ratio"));
 }
 
-std::vector<RowMatrix> residuals_of(const Fit& fit) {
-  std::vector<RowMatrix> out;
-  for (const TrialResidual& trial : fit.residuals) out.push_back(trial.residual);
-  return out;
-}
-
-Eigen::VectorXd offset_of(const FitData& data, const Fit& fit) {
-  return nuisances(data.errors, pointers_to(fit.residuals)).offset;
-}
-
-// An effect is to take off more than the elements err, of the markers' misfit or, there in proportion, of the forces'.
-bool matters(const SearchResult& result, const Candidate& with, const Candidate& without) {
-  constexpr double kOfForces = 0.5;  // of their mean square
-  if (!with.exact.solved || !without.exact.solved) return true;
-  const Channels channels = channels_of(result.exact.session->scene);
-  const auto misfit = [&](const Fit& fit) {
-    return misfit_of(residuals_of(fit), channels, offset_of(result.exact, fit));
-  };
-  const Misfit before = misfit(without.exact), after = misfit(with.exact);
-  const double elements = std::max(result.discretisation_mm, result.unjudged_mm);
-  return std::pow(before.marker_mm, 2) - std::pow(after.marker_mm, 2) > std::pow(elements, 2) ||
-         std::pow(after.force_N, 2) < kOfForces * std::pow(before.force_N, 2);
-}
-
-// The candidate that is believed: numbers alone, one effect, or more. A round adds to the likeliest of the one before,
-// which need not matter alone: an effect may show itself only beside another one.
-const Candidate& chosen_of(const SearchResult& result) {
-  const Candidate* chosen = &result.numbers;
-  for (std::size_t r = 0; r < result.rounds.size() && !result.rounds[r].empty(); ++r) {
-    const Candidate& before = r == 0 ? result.numbers : result.rounds[r - 1].front();
-    double gain_of_chosen = 0.0;
-    for (std::size_t k = chosen->kinds.size(); k <= r; ++k) gain_of_chosen += least_gain(result, k);
-    const auto is_accepted = [&](const Candidate& candidate) {
-      const auto is_better_than = [&](const Candidate& other, double least) {
-        return gain(result, candidate, other) >= least && matters(result, candidate, other);
-      };
-      const bool is_judged = r == 0 || result.compares_fast || candidate.exact.solved;
-      return is_judged && is_better_than(before, least_gain(result, r)) && is_better_than(*chosen, gain_of_chosen);
-    };
-    const auto accepted = std::find_if(result.rounds[r].begin(), result.rounds[r].end(), is_accepted);
-    if (accepted != result.rounds[r].end()) chosen = &*accepted;
-  }
-  return *chosen;
-}
-
 Grounds grounds_of(const SearchResult& result, double structure) {
   Grounds grounds;
   grounds.structure = structure;
@@ -96,36 +51,6 @@ Grounds grounds_of(const SearchResult& result, double structure) {
   grounds.likeliest_pair = pair.name();
   grounds.pair_gain = gain(result, pair, single);
   return grounds;
-}
-
-using Weights = std::vector<std::pair<const Candidate*, double>>;
-
-// Candidates that were looked at as closely as the chosen one, and how probable each is of them. An effect has the odds
-// against it that it takes to be accepted: nulls have some advantage, too.
-Weights weigh(const SearchResult& result, const Candidate& chosen) {
-  Weights weights{{&result.numbers, 0.0}};
-  for (std::size_t r = 0; r < result.rounds.size(); ++r)
-    for (const Candidate& candidate : result.rounds[r]) {
-      const bool is_compared = result.compares_fast || candidate.exact.solved || !chosen.exact.solved;
-      const Candidate& without = r == 0 ? result.numbers : result.rounds[r - 1].front();
-      double odds = 0.0;
-      for (std::size_t k = 0; k < candidate.kinds.size(); ++k) odds += least_gain(result, k);
-      if (candidate.best().solved && is_compared && matters(result, candidate, without))
-        weights.emplace_back(&candidate, advantage(result, candidate) - odds);
-    }
-  double best = 0.0, all = 0.0;
-  for (const auto& weight : weights) best = std::max(best, weight.second);
-  for (auto& weight : weights) all += weight.second = std::exp((weight.second - best) / kTemperature);
-  for (auto& weight : weights) weight.second /= all;
-  return weights;
-}
-
-double probability_of(const std::string& kind, const Weights& weights) {
-  double with = 0.0;
-  for (const auto& [candidate, weight] : weights)
-    if (std::find(candidate->kinds.begin(), candidate->kinds.end(), kind) != candidate->kinds.end()) with += weight;
-  // Nobody who has seen some dozens of cases may be surer.
-  return std::clamp(with, 1.0 - kSurest, kSurest);
 }
 
 bool has_markers(const std::vector<RecordedTrial>& trials, const Channels& channels) {
@@ -199,20 +124,38 @@ Finding unknown_of(const SearchResult& result, const Candidate& chosen, double p
   return unknown;
 }
 
+// The explanation leaves most of what the markers misfit by, beyond noise, with the right numbers alone.
+bool leaves_most(const Misfits& misfits, double noise_mm) {
+  constexpr double kMost = 0.5;
+  const auto beyond_noise = [&](const Misfit& misfit) { return std::pow(misfit.marker_mm, 2) - std::pow(noise_mm, 2); };
+  return beyond_noise(misfits.explained) > kMost * beyond_noise(misfits.parameters);
+}
+
+// diagnosis: its trials and noise are known.
 void judge(const SearchResult& result, const Candidate& chosen, const RecordedSession& session, Diagnosis& diagnosis) {
+  constexpr double kMisfit = 1.3;  // of the noise
+  constexpr double kEven = 0.5;    // the most that is said of a search that was stopped and left something
   const Scene& scene = session.scene;
   const Channels channels = channels_of(scene);
   const std::array<double, 3> left = structure_left(result.exact.errors, channels, pointers_to(chosen.best().residuals),
                                                     session.is_dynamic() ? 1 : 15);
   diagnosis.grounds = grounds_of(result, left[0]);
-  const bool unexplained = left[0] > kStructure;
-  const double unknown_probability =
-      unexplained ? std::min(kSurest, logistic((left[0] - kStructure) / (0.2 * kStructure))) : 0.0;
+  // A search that was stopped while markers do not fit has not shown that there is nothing, nor that what little it
+  // found is it.
+  const bool misfits = diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm;
+  const bool untried = !result.complete && misfits && leaves_most(diagnosis.trials, diagnosis.noise_marker_mm);
+  const bool unexplained = left[0] > kStructure || untried;
+  const bool doubted = !result.complete && (misfits || unexplained || has_unheard_rival(result, chosen));
+  const double surest = doubted ? kEven : kSurest;
+  const double unknown_probability = untried ? kEven
+                                     : unexplained
+                                         ? std::min(surest, logistic((left[0] - kStructure) / (0.2 * kStructure)))
+                                         : 0.0;
   Weights weights = weigh(result, chosen);
   for (auto& weight : weights) weight.second *= 1.0 - unknown_probability;
   for (const std::string& kind : chosen.kinds) {
     Finding finding = finding_of(kind, chosen.best(), scene);
-    finding.probability = probability_of(kind, weights);
+    finding.probability = std::min(surest, probability_of(kind, weights));
     set_when(result.exact, result.numbers.best(), chosen.best(), finding);
     diagnosis.findings.push_back(std::move(finding));
   }
@@ -229,7 +172,7 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   }
   if (numbers_differ(chosen.best(), scene)) {
     Finding numbers = finding_of("parameters", chosen.best(), scene);
-    numbers.probability = 0.9;
+    numbers.probability = std::min(surest, 0.9);
     diagnosis.findings.push_back(numbers);
     if (diagnosis.verdict == Verdict::no_mismatch) diagnosis.verdict = Verdict::parameters;
   }
@@ -237,28 +180,15 @@ void judge(const SearchResult& result, const Candidate& chosen, const RecordedSe
   name_alternatives(weights, unexplained ? nullptr : &chosen, diagnosis);
 }
 
-// A search that was stopped while markers do not fit has not shown that there is nothing, nor that nothing has a name.
-void doubt(const SearchResult& result, const Candidate& chosen, const Scene& scene, Diagnosis& diagnosis) {
-  constexpr double kMisfit = 1.3;  // of the noise
-  constexpr double kEven = 0.5;
-  const bool misfits = diagnosis.trials.explained.marker_mm > kMisfit * diagnosis.noise_marker_mm;
-  if (!misfits && diagnosis.verdict != Verdict::unexplained && !has_unheard_rival(result, chosen)) return;
-  for (Finding& finding : diagnosis.findings) finding.probability = std::min(finding.probability, kEven);
-  if (diagnosis.verdict != Verdict::no_mismatch && diagnosis.verdict != Verdict::parameters) return;
-  diagnosis.verdict = Verdict::unexplained;
-  MismatchMap map = mismatch_map(result, scene);
-  diagnosis.findings.push_back(unknown_of(result, chosen, kEven, map));
-  diagnosis.mismatch_map = map.of_tet;
-  for (Alternative& alternative : diagnosis.alternatives) alternative.probability *= 1.0 - kEven;
-}
-
 // What would tell the two likeliest explanations apart.
 std::string next_experiment_of(const Diagnosis& diagnosis, const Candidate& chosen) {
-  if (diagnosis.alternatives.empty() || diagnosis.verdict == Verdict::no_mismatch) return {};
-  const std::string& rival = diagnosis.alternatives.front().kind;
-  const std::string experiment = std::string(experiment_for(rival)) + ".";
-  if (diagnosis.verdict == Verdict::unexplained) return "To see whether it is " + rival + " after all: " + experiment;
-  return "To tell " + chosen.name() + " from " + rival + ": " + experiment;
+  const bool unexplained = diagnosis.verdict == Verdict::unexplained;
+  const auto rival = std::find_if(diagnosis.alternatives.begin(), diagnosis.alternatives.end(),
+                                  [&](const Alternative& a) { return !unexplained || a.kind != "parameters"; });
+  if (rival == diagnosis.alternatives.end() || diagnosis.verdict == Verdict::no_mismatch) return {};
+  const std::string experiment =
+      rival->kind + (unexplained ? " after all: " : ": ") + std::string(experiment_for(rival->kind)) + ".";
+  return unexplained ? "To see whether it is " + experiment : "To tell " + chosen.name() + " from " + experiment;
 }
 
 }  // namespace
@@ -278,18 +208,16 @@ std::string_view name_of(Verdict verdict) {
   }
   return "";
 }
-Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
-  const SearchResult result = search(session, options);
+
+Diagnosis conclude(const RecordedSession& session, const SearchResult& result, int threads) {
+  if (!result.assumed.solved)
+    throw ModelError("the assumed physics has no equilibrium on the way: " + result.assumed.trouble);
   Diagnosis diagnosis;
   diagnosis.bundle = session.scene.name;
   diagnosis.complete = result.complete;
   if (!result.complete) diagnosis.remarks.emplace_back("Stopped before its end: not all explanations were tried.");
   diagnosis.remarks.insert(diagnosis.remarks.end(), result.remarks.begin(), result.remarks.end());
-  if (!result.assumed.solved)
-    throw ModelError("the assumed physics has no equilibrium on the way: " + result.assumed.trouble);
   const Candidate& chosen = chosen_of(result);
-  judge(result, chosen, session, diagnosis);
   diagnosis.noise_marker_mm = session.is_dynamic() ? error_model(session).noise[0] : result.exact.errors.noise[0];
   diagnosis.noise_force_N = session.force_noise;
   diagnosis.discretisation_marker_mm = result.discretisation_mm;
@@ -302,12 +230,18 @@ Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options)
   diagnosis.trials = fitted.misfits;
   diagnosis.courses = std::move(fitted.courses);
   diagnosis.markers = std::move(fitted.markers);
-  if (!result.complete) doubt(result, chosen, session.scene, diagnosis);
-  show_held_out(session, result, chosen, offsets, options.threads > 0 ? options.threads : omp_get_num_procs(),
-                diagnosis);
+  judge(result, chosen, session, diagnosis);
+  show_held_out(session, result, chosen, offsets, threads, diagnosis);
   diagnosis.next_experiment = next_experiment_of(diagnosis, chosen);
   diagnosis.explained = chosen;
   diagnosis.offset = offsets[2];
+  return diagnosis;
+}
+
+Diagnosis diagnose(const RecordedSession& session, const SearchOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  Diagnosis diagnosis =
+      conclude(session, search(session, options), options.threads > 0 ? options.threads : omp_get_num_procs());
   diagnosis.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return diagnosis;
 }

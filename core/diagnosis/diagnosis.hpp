@@ -6,6 +6,7 @@
 
 #include "core/diagnosis/comparison.hpp"
 #include "core/diagnosis/finding.hpp"
+#include "core/diagnosis/search.hpp"
 
 namespace tissued::core {
 
@@ -53,6 +54,9 @@ struct Diagnosis {
   Candidate explained;
   Eigen::VectorXd offset;  // (channels) mm: how far markers sit from where the scene has them
 };
+
+// What is said of what a search has found in a session, which is to be the search's. Throws as diagnose does.
+Diagnosis conclude(const RecordedSession& session, const SearchResult& result, int threads);
 
 // Compares a session with the physics that its scene assumes. Never throws for what recordings hold; ModelError where
 // the scene cannot be simulated.

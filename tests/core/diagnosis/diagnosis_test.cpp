@@ -2,7 +2,9 @@
 // residuals to words. Recordings by others are in tests/daemon.
 #include <catch2/catch.hpp>
 
+#include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/diagnosis.hpp"
+#include "core/diagnosis/narrowing.hpp"
 #include "tests/core/diagnosis/twin_session.hpp"
 
 using namespace tissued::core;
@@ -127,6 +129,44 @@ TEST_CASE("a search that is stopped before it found anything does not say that t
   REQUIRE_FALSE(diagnosis.complete);
   CHECK(diagnosis.trials.explained.marker_mm > 1.3 * diagnosis.noise_marker_mm);
   CHECK(diagnosis.verdict == Verdict::unexplained);
+}
+
+TEST_CASE("what a stopped search found is no finding where it leaves most of the misfit", "[diagnosis]") {
+  // Markers err by what is in proportion to the load: elements might, so that no structure is left.
+  RecordedSession session = twin_session({}, 11);
+  SearchResult result;
+  result.exact = fit_data(session, 3.0, FemElement::p2, error_model(session), nullptr);
+  result.exact.errors.discretisation.setConstant(1.0);
+  Hypothesis nothing;
+  nothing.numbers = false;
+  const Fit load_seen = assess(result.exact, nothing);
+  const int markers = channels_of(session.scene).markers;
+  for (const TrialResidual& trial : load_seen.residuals)
+    for (int c = 0; c < 3 * markers; ++c)
+      session.trials[static_cast<std::size_t>(trial.trial)].seen.col(c) += (c % 2 == 0 ? 0.5 : -0.5) * trial.load;
+  result.assumed = assess(result.exact, nothing);
+  result.numbers = numbers_candidate();
+  result.numbers.exact = fit(result.exact, result.numbers.hypothesis, {}, kExact);
+  for (Candidate& candidate : single_candidates(session, result.exact, result.numbers.exact))
+    if (candidate.kinds.front() == "gravity") result.rounds = {{std::move(candidate)}};
+  Candidate& little = result.rounds.at(0).at(0);
+  little.exact = fit(result.exact, little.hypothesis, little.starts.front(), kExact);
+  little.exact.log_evidence = result.numbers.exact.log_evidence + 500.0;
+  little.exact.residuals = result.numbers.exact.residuals;
+  for (TrialResidual& trial : little.exact.residuals) trial.residual *= 0.95;
+
+  const Diagnosis complete = conclude(session, result, 1);
+  REQUIRE(complete.grounds.structure < 1.5);
+  CHECK(kinds_of(complete) == std::vector<std::string>{"gravity"});
+  result.complete = false;
+  const Diagnosis stopped = conclude(session, result, 1);
+  CHECK(stopped.verdict == Verdict::unexplained);
+  CHECK(kinds_of(stopped) == std::vector<std::string>{"unknown"});
+  CHECK(stopped.findings.front().probability == 0.5);
+  REQUIRE_FALSE(stopped.alternatives.empty());
+  CHECK(stopped.alternatives.front().kind == "gravity");
+  CHECK(stopped.alternatives.front().probability <= 0.5);
+  CHECK_THAT(stopped.next_experiment, Catch::Contains("To see whether it is gravity after all"));
 }
 
 TEST_CASE("a diagnosis is the same for any number of threads", "[diagnosis]") {
