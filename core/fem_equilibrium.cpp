@@ -269,7 +269,7 @@ FemReport FemEquilibrium::find(const FemBalance& balance, const FemHold& hold, c
     ++report.cut_steps;
     factor_held_.clear();
     step = 0.4 * share;
-    if (step < control.smallest_load || control.stopped()) break;
+    if (step < control.smallest_load || report.corrections > control.most_corrections || control.stopped()) break;
   }
   report.converged = report.load == 1.0;
   Eigen::VectorXd residual;

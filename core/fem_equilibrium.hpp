@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <limits>
 #include <string>
 
 #include "core/fem_assembler.hpp"
@@ -11,11 +12,12 @@
 namespace tissued::core {
 
 struct FemControl {
-  double tolerance = 1e-8;                  // mm; largest move of a node in the last Newton correction
-  int max_corrections = 40;                 // of one load step
-  double largest_move = 12.0;               // mm; a held node moves by at most this much in a load step
-  double smallest_load = 1e-3;              // share of the load; a step that would have to be smaller is given up
-  const std::atomic<bool>* stop = nullptr;  // set: everything is given up
+  double tolerance = 1e-8;      // mm; largest move of a node in the last Newton correction
+  int max_corrections = 40;     // of one load step
+  double largest_move = 12.0;   // mm; a held node moves by at most this much in a load step
+  double smallest_load = 1e-3;  // share of the load; a step that would have to be smaller is given up
+  int most_corrections = std::numeric_limits<int>::max();  // of all load steps; where one fails beyond, all is given up
+  const std::atomic<bool>* stop = nullptr;                 // set: everything is given up
   bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 

@@ -136,26 +136,29 @@ FinerJudgement correct_by_finer(const Fit& at, Work& work, double most_of_budget
   const RecordedSession& session = *exact.session;
   const Channels channels = channels_of(session.scene);
   constexpr double kPushed = 1e-6;  // mm: of a trial in which nothing is pushed elements have nothing to err in
-  const auto is_pushed = [&](std::size_t k) { return exact.paths[k].peak_load() > kPushed; };
+  const auto is_pushed = [](const LoadPath& path) { return path.peak_load() > kPushed; };
   FinerJudgement judgement;
   std::atomic<bool> hurried{false};
   std::vector<FinerAnswer> answers(exact.paths.size());
+  std::atomic<int> waiting = static_cast<int>(std::count_if(exact.paths.begin(), exact.paths.end(), is_pushed));
   work.all(
       exact.paths.size(),
       [&](std::size_t k) {
-        if (!is_pushed(k)) return;
-        if (work.share_of_budget() > most_of_budget) {
-          hurried = true;
-          return;
-        }
         const LoadPath& path = exact.paths[k];
-        answers[k] = finer_answer(session.scene, at, path.keys()[path.key_at_peak()].pads, &work.stop);
+        if (!is_pushed(path)) return;
+        // A body that is about to fold takes its time: no trial takes more than half of what others wait for.
+        const double left = most_of_budget - work.share_of_budget();
+        const bool is_waited_for = waiting-- > work.threads();
+        const Allotment allotment(work, most_of_budget - (is_waited_for ? 0.5 * left : 0.0));
+        if (left > 0.0)
+          answers[k] = finer_answer(session.scene, at, path.keys()[path.key_at_peak()].pads, allotment.over, work.stop);
+        if (allotment.over && answers[k].reached < 1.0) hurried = true;
       },
       0.1, 0.2, [&](std::size_t k) { return "the elements' own error in " + session.trials[k].name; });
   double square = 0.0, count = 0.0;
   judgement.hurried = hurried;
   for (std::size_t k = 0; k < exact.paths.size(); ++k) {
-    if (!is_pushed(k)) continue;
+    if (!is_pushed(exact.paths[k])) continue;
     judgement.reached.push_back(answers[k].reached);
     if (!answers[k].solved() && exact.judged[k] > 0.0) continue;  // as it was judged before
     // Of what could not be judged twice as much is feared.

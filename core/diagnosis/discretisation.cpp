@@ -37,7 +37,7 @@ struct Course {
 
 // As far as there is an equilibrium.
 Course along(const Scene& scene, const Fit& at, std::span<const PadInput> pads, std::span<const double> shares,
-             const std::atomic<bool>* stop) {
+             const std::atomic<bool>& stop) {
   constexpr double kApart = 0.3;  // of what a further share asks for: with less it adds nothing
   PathSolver solver(scene, at.hypothesis.effects);
   set_numbers(at.hypothesis, at.unknowns, solver);
@@ -47,7 +47,7 @@ Course along(const Scene& scene, const Fit& at, std::span<const PadInput> pads, 
   for (const double share : shares) {
     const double before = reached;
     for (FemControl control : kAlong) {
-      control.stop = stop;
+      control.stop = &stop;
       const FemReport report =
           solve_static(solver.equilibrium(), state, {part_of(scene, pads, share), nullptr}, control);
       reached = report.converged ? share : reached + report.load * (share - reached);
@@ -86,12 +86,12 @@ std::optional<double> finer_rest(const Scene& scene, std::span<const EdgeLoad> l
 }
 
 FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads,
-                         const std::atomic<bool>* stop) {
+                         const std::atomic<bool>& hurry, const std::atomic<bool>& stop) {
   constexpr double kUnloaded = 1e-3;  // N
   FinerAnswer answer;
   Scene fine = scene;
   fine.mesh = refined(scene.mesh);
-  const Course finer = along(fine, at, pads, kShares, stop), own = along(scene, at, pads, finer.shares, stop);
+  const Course finer = along(fine, at, pads, kShares, hurry), own = along(scene, at, pads, finer.shares, stop);
   if (finer.shares.empty() || own.shares != finer.shares) return answer;
   answer.reached = finer.shares.back();
   const auto terms = static_cast<Eigen::Index>(finer.shares.size());

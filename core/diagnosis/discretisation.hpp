@@ -32,9 +32,9 @@ struct FinerAnswer {
 
 // The way from rest to these pads by quadratic elements on scene's mesh and on its refinement, of the body as a fit has
 // it, too fast for it to relax. Solved at three parts of the way, or at as many as finer elements have an equilibrium
-// for before `stop` is set: beside a pad they fold where larger ones do not.
+// for, or have reached when `hurry` is set: beside a pad they fold where larger ones do not. Nothing once `stop` is.
 FinerAnswer finer_answer(const Scene& scene, const Fit& at, std::span<const PadInput> pads,
-                         const std::atomic<bool>* stop = nullptr);
+                         const std::atomic<bool>& hurry, const std::atomic<bool>& stop);
 
 // mm RMS per axis, of markers: what finer elements say otherwise of where the body comes to rest under its weight and
 // these loads. Nothing where there are too many elements, or no equilibrium.

@@ -14,6 +14,9 @@ Evaluator::Evaluator(const FitData& data, const Hypothesis& hypothesis) : data_(
 }
 
 bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit) {
+  // Later runs begin where the one before ended, which takes less than from rest. Numbers by which the body folds would
+  // take ten times as much, to no end.
+  constexpr int kPatience = 2;
   std::vector<PathParameter> parameters;
   for (const Unknown& unknown : unknowns) {
     if (unknown.source != Unknown::Source::body) continue;
@@ -27,12 +30,14 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
   fit.answers.resize(data_->paths.size());
   fit.residuals.resize(data_->paths.size());
   ++fit.evaluations;
+  std::vector<int> corrections(data_->paths.size(), 0);
   std::vector<std::uint8_t> is_solved(data_->paths.size(), 0);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(data_->threads) if (solvers_.size() > 1)
   for (int k = 0; k < trials; ++k) {
     if (data_->stop != nullptr && data_->stop->load(std::memory_order_relaxed)) continue;
     PathSolver& solver = solvers_[solvers_.size() > 1 ? k : 0];
     PathAnswer& answer = fit.answers[k];
+    if (!usual_corrections_.empty()) solver.set_patience(kPatience * usual_corrections_[k]);
     if (!solver.solve(data_->paths[k], k, parameters, answer)) {
 #pragma omp critical
       fit.trouble = data_->session->trials[k].name + ": " + solver.trouble();
@@ -43,11 +48,13 @@ bool Evaluator::run(const std::vector<Unknown>& unknowns, bool differentiate, Fi
       fit.trouble = data_->session->trials[k].name + ": the answer is not finite";
       continue;
     }
+    corrections[k] = solver.corrections();
     compare(k, unknowns, differentiate, answer, fit.residuals[k]);
     answer.by_parameter.clear();
     is_solved[k] = 1;
   }
   if (std::count(is_solved.begin(), is_solved.end(), 1) != trials) return false;
+  if (usual_corrections_.empty()) usual_corrections_ = std::move(corrections);
   if (!data_->placement.empty()) take_off(unknowns, differentiate, fit);
   return true;
 }

@@ -22,7 +22,8 @@ class Evaluator {
     for (PathSolver& solver : solvers_) solver.set_parameter(name, value);
   }
 
-  // Fills answers and residuals of `fit`. False where a trial has no equilibrium (fit.trouble) or `stop` was set.
+  // Fills answers and residuals of `fit`. False where a trial has no equilibrium (fit.trouble), is so much harder to
+  // solve than with the first numbers that were solved for that it is given up, or where `stop` was set.
   bool run(const std::vector<Unknown>& unknowns, bool differentiate, Fit& fit);
 
  private:
@@ -35,6 +36,7 @@ class Evaluator {
   const Hypothesis* hypothesis_;
   // One for all trials, which goes from one to the next; of motions, which take long, one for each.
   std::deque<PathSolver> solvers_;
+  std::vector<int> usual_corrections_;  // (trials) of the first run that was solved; empty: none was
   std::vector<PathParameter> columns_;
 };
 

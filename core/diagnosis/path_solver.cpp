@@ -45,14 +45,22 @@ Eigen::RowVectorXd PathSolver::observe(const FemState& state, std::span<const Pa
   return seen;
 }
 
+FemReport PathSolver::find(const LoadKey& key, double time_step, FemState& state) {
+  FemControl control = kControl;
+  control.most_corrections = most_corrections_ - corrections_;
+  const FemReport report = solve_static(equilibrium_, state, {key.pads, nullptr}, control, time_step);
+  corrections_ += report.corrections;
+  return report;
+}
+
 bool PathSolver::solve_key(const LoadKey& key, double time_step, const Eigen::VectorXd* start, FemState& state) {
   const FemState before = state;
   if (start != nullptr) state.x = *start;
-  FemReport report = solve_static(equilibrium_, state, {key.pads, nullptr}, kControl, time_step);
-  if (!report.converged && start != nullptr) {
+  FemReport report = find(key, time_step, state);
+  if (!report.converged && start != nullptr && corrections_ < most_corrections_) {
     state = before;
     equilibrium_.forget_factor();
-    report = solve_static(equilibrium_, state, {key.pads, nullptr}, kControl, time_step);
+    report = find(key, time_step, state);
   }
   if (!report.converged) trouble_ = report.words();
   return report.converged;
@@ -102,6 +110,7 @@ double PathSolver::value(const std::string& name) const {
 
 bool PathSolver::solve(const LoadPath& path, int slot, std::span<const PathParameter> parameters, PathAnswer& answer) {
   if (path.motion() != nullptr) return solve_motion(*this, path, parameters, answer, trouble_);
+  corrections_ = 0;
   const auto keys = path.keys().size();
   if (positions_.size() <= static_cast<std::size_t>(slot)) positions_.resize(static_cast<std::size_t>(slot) + 1);
   std::vector<Eigen::VectorXd>& positions = positions_[static_cast<std::size_t>(slot)];

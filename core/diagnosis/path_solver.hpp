@@ -1,6 +1,7 @@
 // What a body with given effects would show along the paths of the pads, and how that changes with its numbers.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -49,6 +50,9 @@ class PathSolver {
   double value(const std::string& name) const;
 
   const std::string& trouble() const { return trouble_; }
+  // Newton's, of the last solve; and how many a solve may take before it is given up.
+  int corrections() const { return corrections_; }
+  void set_patience(int most_corrections) { most_corrections_ = most_corrections; }
   bool has_history() const { return has_history_; }
   const FemModel& model() const { return model_; }
   FemEquilibrium& equilibrium() { return equilibrium_; }
@@ -59,6 +63,7 @@ class PathSolver {
   Eigen::RowVectorXd observe(const FemState& state, std::span<const PadInput> pads) const;
 
  private:
+  FemReport find(const LoadKey& key, double time_step, FemState& state);
   bool solve_key(const LoadKey& key, double time_step, const Eigen::VectorXd* start, FemState& state);
   void differentiate(const LoadKey& key, double time_step, const FemHistory& before, const FemState& state,
                      std::span<const PathParameter> parameters, std::vector<FemHistory>& perturbed,
@@ -72,6 +77,7 @@ class PathSolver {
   std::vector<std::vector<Eigen::VectorXd>> positions_;  // (slots) (keys)
   std::map<std::string, double> values_;                 // that were set
   std::string trouble_;
+  int corrections_ = 0, most_corrections_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace tissued::core

@@ -76,4 +76,24 @@ class Work {
   std::jthread watch_;  // last: ends before what it looks at
 };
 
+// A part of the work that is not to take it all: over when so much of the budget is spent, or when the work is.
+class Allotment {
+ public:
+  Allotment(Work& work, double share_of_budget) {
+    const auto is_spent = [&work, share_of_budget] { return work.over() || work.share_of_budget() > share_of_budget; };
+    over = is_spent();
+    watch_ = std::jthread([this, is_spent](const std::stop_token& done) {
+      while (!done.stop_requested() && !over) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        over = is_spent();
+      }
+    });
+  }
+
+  std::atomic<bool> over{false};
+
+ private:
+  std::jthread watch_;  // last: ends before what it looks at
+};
+
 }  // namespace tissued::core

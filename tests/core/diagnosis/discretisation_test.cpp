@@ -1,11 +1,19 @@
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
 
+#include "core/diagnosis/base_models.hpp"
 #include "core/diagnosis/discretisation.hpp"
 #include "core/edge_load.hpp"
 #include "core/refined_mesh.hpp"
+#include "tests/core/diagnosis/twin_session.hpp"
 #include "tests/core/test_bodies.hpp"
 
 using namespace tissued::core;
+
+namespace {
+const std::atomic<bool> kNever{false};
+}  // namespace
 
 TEST_CASE("what finer elements say of a push is what they say when they are solved for it", "[diagnosis]") {
   const Scene scene = testing::box_scene({3, 3, 2, 12.0});
@@ -26,7 +34,7 @@ TEST_CASE("what finer elements say of a push is what they say when they are solv
       REQUIRE(solve_static(solver.equilibrium(), state, {part, nullptr}, FemControl{1e-5, 30, 2.0, 0.01}).converged);
       seen[i] = solver.observe(state, part);
     }
-    const FinerAnswer answer = finer_answer(scene, {}, whole);
+    const FinerAnswer answer = finer_answer(scene, {}, whole, kNever, kNever);
     REQUIRE(answer.reached == 1.0);
     const int seen_count = 3 * (channels.markers + channels.targets);
     const Eigen::RowVectorXd difference = (seen[1] - seen[0]).head(seen_count);
@@ -45,7 +53,7 @@ TEST_CASE("where finer elements fold they count as far as they were solved", "[d
     std::vector<PadInput> pads(scene.pads.size());
     pads[0].kind = PadInput::Kind::pose;
     pads[0].center = scene.pads[0].center + depth * scene.pads[0].direction;
-    return finer_answer(scene, {}, pads);
+    return finer_answer(scene, {}, pads, kNever, kNever);
   };
   const double deep = 17.0;
   const FinerAnswer folded = pushed(deep);
@@ -63,15 +71,54 @@ TEST_CASE("where finer elements fold they count as far as they were solved", "[d
   CHECK(error(0.8) < 0.25);  // extrapolated
 }
 
-TEST_CASE("nothing is said of finer elements that were stopped on the way", "[diagnosis]") {
-  const Scene scene = testing::box_scene({2, 2, 2, 12.0});
+TEST_CASE("finer elements that are hurried count as far as they came, and say nothing once stopped", "[diagnosis]") {
+  const Scene scene = testing::box_scene({3, 3, 2, 12.0});
   std::vector<PadInput> pads(scene.pads.size());
   pads[0].kind = PadInput::Kind::pose;
-  pads[0].center = scene.pads[0].center + 2.0 * scene.pads[0].direction;
-  std::atomic<bool> stop{false};
-  CHECK(finer_answer(scene, {}, pads, &stop).solved());
-  stop = true;
-  CHECK_FALSE(finer_answer(scene, {}, pads, &stop).solved());
+  pads[0].center = scene.pads[0].center + 5.0 * scene.pads[0].direction;
+  const FinerAnswer whole = finer_answer(scene, {}, pads, kNever, kNever);
+  REQUIRE(whole.reached == 1.0);
+  const std::atomic<bool> now{true};
+  CHECK_FALSE(finer_answer(scene, {}, pads, now, kNever).solved());
+  CHECK_FALSE(finer_answer(scene, {}, pads, kNever, now).solved());
+
+  // Whenever it is hurried: what is said is right where it was solved.
+  const auto markers = static_cast<Eigen::Index>(3 * scene.markers.size());
+  for (int after_ms = 1; after_ms < 2000; after_ms *= 2) {
+    std::atomic<bool> hurry{false};
+    std::thread clock([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));
+      hurry = true;
+    });
+    const FinerAnswer part = finer_answer(scene, {}, pads, hurry, kNever);
+    clock.join();
+    if (!part.solved()) continue;
+    const Eigen::RowVectorXd expected = whole.difference(part.reached).head(markers);
+    CHECK((part.difference(part.reached).head(markers) - expected).norm() < 0.05 * expected.norm());
+  }
+}
+
+TEST_CASE("finer elements get no more than their part of the budget", "[diagnosis]") {
+  const RecordedSession session = testing::twin_session({}, 1);
+  SearchOptions options;
+  options.budget = 1e4;
+  Work work(options);
+  FitData data = fit_data(session, 3.0, FemElement::p2, error_model(session), &work.stop);
+  CHECK_FALSE(Allotment(work, 1.0).over);
+  CHECK(Allotment(work, 0.0).over);
+  const FinerJudgement none = correct_by_finer({}, work, 0.0, data);
+  CHECK(none.hurried);
+  CHECK(none.judged() == 0);
+  CHECK_FALSE(work.over());
+  const FinerJudgement all = correct_by_finer({}, work, 1.0, data);
+  CHECK_FALSE(all.hurried);
+  CHECK(all.judged() == 3);
+  // Nor more than that where they take longer.
+  SearchOptions brief;
+  brief.budget = 0.02;
+  Work hardly(brief);
+  FitData hurried = fit_data(session, 3.0, FemElement::p2, error_model(session), &hardly.stop);
+  CHECK(correct_by_finer({}, hardly, 0.5, hurried).hurried);
 }
 
 TEST_CASE("what elements err at rest shrinks with their size", "[diagnosis]") {

@@ -71,3 +71,26 @@ TEST_CASE("a body without memory answers alike there and back", "[diagnosis]") {
         CHECK((answer.values.row(static_cast<Eigen::Index>(a)) - answer.values.row(static_cast<Eigen::Index>(b)))
                   .norm() == 0.0);
 }
+
+TEST_CASE("numbers by which the body folds are given up before they take all the time", "[diagnosis]") {
+  const RecordedSession session = twin_session({}, 1);
+  const LoadPath path(session.trials[0], session.scene, 3.0);
+  PathSolver solver(session.scene, {});
+  const double ratio = session.scene.material.poissons_ratio, too_much = 0.4995;
+  solver.set_parameter("poissons_ratio", ratio);
+  answer_of(solver, path);
+  const int usual = solver.corrections();
+  CHECK(usual > static_cast<int>(path.keys().size()) / 2);
+  PathAnswer answer;
+  solver.set_parameter("poissons_ratio", too_much);
+  REQUIRE_FALSE(solver.solve(path, 0, {}, answer));
+  const int unlimited = solver.corrections();
+  solver.set_patience(2 * usual);
+  REQUIRE_FALSE(solver.solve(path, 0, {}, answer));
+  constexpr int kOfOneStep = 31;
+  CHECK(solver.corrections() <= 2 * usual + kOfOneStep);
+  CHECK(solver.corrections() < unlimited);
+  // What is no harder is solved, whatever was given up before.
+  solver.set_parameter("poissons_ratio", ratio - 0.02);
+  answer_of(solver, path);
+}
