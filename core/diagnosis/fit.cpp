@@ -133,7 +133,7 @@ Fit fit(const FitData& data, const Hypothesis& hypothesis, const Values& start, 
   Evaluator evaluator(data, best.hypothesis);
   if (!evaluator.run(best.unknowns, true, best)) return best;
   const Channels channels = channels_of(data.session->scene);
-  double damping = 1e-3;
+  double damping = 1e-3, least_damping = 1e-6;
   while (best.evaluations < control.most_evaluations) {
     const ErrorModel errors = raised(data.errors, channels, normal_equations(data.errors, pointers_to(best.residuals)));
     const NormalEquations equations = normal_equations(errors, pointers_to(best.residuals));
@@ -150,11 +150,12 @@ Fit fit(const FitData& data, const Hypothesis& hypothesis, const Values& start, 
     };
     if (solved && objective(trial) < equations.chi_square + penalty_of(best.unknowns)) {
       best = std::move(trial);
-      damping = std::max(0.1 * damping, 1e-6);
+      damping = std::max(0.1 * damping, least_damping);
       continue;
     }
     best.evaluations = trial.evaluations;
     damping = std::max(10.0 * damping, 0.1);
+    if (!solved) least_damping = damping;  // a step as bold would end where the body folds again, which takes long
     if (damping > 1e4) break;
   }
   conclude(data, normal_equations(data.errors, pointers_to(best.residuals)), best);
