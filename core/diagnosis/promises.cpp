@@ -20,6 +20,12 @@ struct Column {
   const EffectParameter* amplitude;
   double neutral;
   PathParameter parameter;
+
+  // In the fitted scale.
+  double change_to(double value) const { return amplitude->logarithmic ? std::log(value / neutral) : value - neutral; }
+  double changed_by(double change) const {
+    return amplitude->logarithmic ? neutral * std::exp(change) : neutral + change;
+  }
 };
 
 std::string prefix_of(const Effect& effect) { return std::string(effect.kind()) + "."; }
@@ -63,12 +69,13 @@ std::vector<Promise> promises_of(const FitData& data, const Hypothesis& hypothes
     const Eigen::VectorXd cross = equations.normal.col(j).head(shared), solved = factor.solve(cross);
     const double own = equations.gradient[j] - solved.dot(pull);
     const double stiffness = equations.normal(j, j) - solved.dot(cross) + 1.0 / (amplitude.typical * amplitude.typical);
+    // What lies beyond a bound is no promise: fibres that weaken the body are none.
+    const double step =
+        std::clamp(own / stiffness, columns[i].change_to(amplitude.lowest), columns[i].change_to(amplitude.highest));
+    const double gain = step * (2.0 * own - stiffness * step);
     // As far as a linear step can be trusted.
     const double limit = kLargestStep * amplitude.typical;
-    const double change = std::clamp(own / stiffness, -limit, limit);
-    const double value = amplitude.logarithmic ? columns[i].neutral * std::exp(change) : columns[i].neutral + change;
-    promises.push_back({i, base - own * own / stiffness, own * own / stiffness,
-                        std::clamp(value, amplitude.lowest, amplitude.highest)});
+    promises.push_back({i, base - gain, gain, columns[i].changed_by(std::clamp(step, -limit, limit))});
   }
   return promises;
 }
