@@ -7,7 +7,7 @@ namespace tissued::core {
 
 namespace {
 
-constexpr FitControl kFirstLook{4, 10.0};
+constexpr FitControl kFirstLook{8, 10.0};
 constexpr std::size_t kMostFast = 6;
 constexpr double kPromised = 10.0;                 // of chi square: with less in one linear step, one look is enough
 constexpr double kPromisedBeside = kAcceptBeside;  // likewise beside another effect, half of what it takes
@@ -16,7 +16,7 @@ constexpr double kNearBest = 0.5;    // of the largest advantage: candidates wit
 constexpr double kPromising = 0.1;   // likewise, after the first look
 constexpr double kWorthExact = 8.0;  // advantage below which a candidate is not looked at more closely
 
-// A first look at a candidate: a few steps on few keys, from the most promising of its starts.
+// A first look at a candidate: some steps on few keys, from the most promising of its starts.
 void look_at(const FitData& coarse, Candidate& candidate) {
   std::vector<Values> starts = candidate.starts;
   FitControl control = kFirstLook;
