@@ -13,6 +13,9 @@ namespace {
 bool matters(const SearchResult& result, const Candidate& with, const Candidate& without) {
   constexpr double kOfForces = 0.5;  // of their mean square
   if (!with.exact.solved || !without.exact.solved) return true;
+  // Elements err alike on the way in and on the way out, a latency does not: what it takes off is not theirs.
+  const bool adds_one = with.kinds.size() == without.kinds.size() + 1;
+  if (adds_one && with.hypothesis.latency && !without.hypothesis.latency) return true;
   const Channels channels = channels_of(result.exact.session->scene);
   const auto misfit = [&](const Fit& fit) {
     return misfit_of(residuals_of(fit), channels, offset_of(result.exact, fit));

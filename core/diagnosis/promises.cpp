@@ -159,7 +159,7 @@ double promise_beside(const FitData& exact, const Candidate& base, Candidate& ca
   for (const Unknown& unknown : base.exact.unknowns) start.emplace_back(unknown.name, unknown.value);
   for (const auto& [name, value] : values_of(candidate.fast))
     if (!base.exact.has(name)) start.emplace_back(name, value);
-  if (!candidate.hypothesis.effects.empty()) {
+  if (candidate.hypothesis.effects.size() > base.hypothesis.effects.size()) {  // else it adds a fault of measurement
     const Effect& effect = *candidate.hypothesis.effects.back();
     const std::vector<double> neutral = effect.neutral(exact.session->scene);
     for (const int k : effect.amplitudes())

@@ -26,8 +26,8 @@ struct Candidate;
 double promise_all(const FitData& data, const Candidate& base, std::vector<Candidate>& added);
 
 // What one linear step from the base's fit by quadratic elements would take off chi square, where this candidate adds
-// its effect at the place that was found for it. Leaves the base's own fit as the candidate's. Infinite without
-// equilibrium.
+// its effect at the place that was found for it, or its fault of measurement. Leaves where it stepped from as the
+// candidate's fit. Infinite without equilibrium.
 double promise_beside(const FitData& exact, const Candidate& base, Candidate& candidate);
 
 // Sets what is linear in an effect's start, where it has such a number.

@@ -78,6 +78,23 @@ TEST_CASE("a pair is believed whose first half shows itself only beside the seco
   CHECK(chosen_of(search.result).name() == "viscoelasticity");
 }
 
+TEST_CASE("a latency is believed by its evidence, however little it takes off", "[diagnosis]") {
+  Search search;
+  const auto chosen_with = [&](const Candidate& first, std::vector<std::string> kinds, double advantage) {
+    Candidate last = search.fitted(std::move(kinds), advantage, 0.198);
+    last.hypothesis.latency = true;
+    search.result.rounds = {{first}, {last}};
+    return chosen_of(search.result).name();
+  };
+  const Candidate fibres = search.fitted({"anisotropy"}, 300.0, 0.2);
+  CHECK(chosen_with(fibres, {"anisotropy", "latency"}, 300.0 + kAcceptBeside + 1.0) == "anisotropy + latency");
+  CHECK(chosen_with(fibres, {"anisotropy", "latency"}, 300.0 + kAcceptBeside - 1.0) == "anisotropy");
+  // Where the latency is not what was added, all else is to take off more than elements err.
+  Candidate latency = search.fitted({"latency"}, 300.0, 0.2);
+  latency.hypothesis.latency = true;
+  CHECK(chosen_with(latency, {"latency", "anisotropy"}, 300.0 + kAcceptBeside + 1.0) == "latency");
+}
+
 TEST_CASE("a pair that quadratic elements had no time for is not believed", "[diagnosis]") {
   Search search;
   Candidate pair = search.fitted({"gravity", "latency"}, 2000.0, 0.1);
